@@ -31,7 +31,8 @@ class InputStatus:
         frames_lost: frames lost in the last seconds. missing: bones that are left out lately.
         faceless: whether a camera or a phone says that it sees nobody.
         frameless_for: seconds since the last frame, None before any came.
-        dismissed: that sender was ended on purpose.
+        dismissed: the practice performer, which sent it, was stopped on purpose.
+        awaited: it was started and gets ready.
         frozen_for: seconds since anything moved. fps: frames a second. bones, shapes: channels heard.
         device: the microphone, None where closed. gone: it vanished.
         soundless_for: seconds without a block. quiet_for: seconds since anything was to be heard.
@@ -53,6 +54,7 @@ class InputStatus:
     frameless_for: float | None = None
     faceless: bool = False
     dismissed: bool = False
+    awaited: bool = False
     frozen_for: float = 0.0
     fps: float = 0.0
     bones: int = 0
@@ -90,6 +92,14 @@ def troubled(status: InputStatus) -> frozenset[str]:
     if set(_sound(status)) & set(_silent(status)):
         found.add("silent")
     return frozenset(found)
+
+
+def dismissed(voice: bool) -> Problem:
+    """What is said when the practice performer is stopped in mid-take; `voice`: that was recorded, too."""
+    what = "You stopped the practice performer. The take goes on without motion."
+    if voice:
+        what = "You stopped the practice performer. The take goes on without motion and voice."
+    return what, "Start it again, or stop the take."
 
 
 def counter(info: TakeInfo, key: str) -> int:
@@ -161,6 +171,8 @@ def _flood(s: InputStatus) -> list[Problem]:
 def _no_motion(s: InputStatus) -> list[Problem]:
     if s.port is None:
         return []
+    if s.awaited and (s.frameless_for is None or s.frameless_for > 1):
+        return []
     if s.packets == 0:
         return [_nothing_comes(s.port)] if s.listening_for > 2 else []
     if s.faceless and (s.frameless_for is None or s.frameless_for > 1):
@@ -170,8 +182,8 @@ def _no_motion(s: InputStatus) -> list[Problem]:
         return [(what, "Choose VMC (OSC) as the protocol in the sender.")] if s.listening_for > 2 else []
     if s.frameless_for > 1:
         # Who ended it needs no word about that, but for a take that goes on without motion.
-        if s.dismissed and not s.rolling:
-            return []
+        if s.dismissed:
+            return [dismissed(s.device == PERFORMER_TITLE)] if s.rolling else []
         return [
             (
                 say("Motion stopped {seconds} s ago.", seconds=f"{s.frameless_for:.0f}"),
@@ -297,7 +309,8 @@ def _poor_motion(s: InputStatus) -> list[Problem]:
             )
         )
     found += _unreadable(s)
-    if 0 < s.fps < _FEW_FPS and s.listening_for > 3:
+    # Where frames get lost, fewer are to be sent: the opposite would be said beside it.
+    if 0 < s.fps < _FEW_FPS and s.listening_for > 3 and not many_lost:
         found.append(
             (
                 say("Only {fps} frames a second arrive.", fps=f"{s.fps:.0f}"),

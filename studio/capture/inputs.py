@@ -50,7 +50,7 @@ class MotionInput:
         ports: those bound. host: of the first.
         stats: counters and names, a few hundredths of a second old.
         latest: the last block of rows, None before any.
-        dismissed: when the sender was last ended on purpose.
+        dismissed: when the sender was last ended on purpose. awaited: whether one of our own gets ready.
 
     Raises:
         StudioError: a port cannot be opened.
@@ -60,7 +60,7 @@ class MotionInput:
         self.opened = clock.now()
         self.stats = ReceiverStats()
         self.latest: RowBlock | None = None
-        self.dismissed = -math.inf
+        self.dismissed, self.awaited = -math.inf, False
         self._sockets: list[socket.socket] = []
         try:
             for port, host in ports:

@@ -189,6 +189,12 @@ class Recorder:
         if motion is not None:
             motion.dismissed = clock.now()
 
+    def await_sender(self, awaited: bool) -> None:
+        """Whether a sender of our own gets ready: that nothing comes yet is no problem."""
+        motion = self._motion
+        if motion is not None:
+            motion.awaited = awaited
+
     def snapshot(self) -> Snapshot:
         """How things stand, at most a few hundredths of a second old. Never waits."""
         return self._snapshot

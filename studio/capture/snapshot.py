@@ -308,6 +308,7 @@ def _input_status(
             "local": stats.sender.startswith("127."),
             "frameless_for": now - stats.last_arrival if latest is not None else None,
             "dismissed": stats.last_arrival < motion.dismissed + _DISMISSED_S,
+            "awaited": motion.awaited,
             "faceless": now - stats.no_face < _FACELESS_S,
             "frozen_for": stats.last_arrival - stats.last_moved,
             "fps": stats.frames_per_s,

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 
+from studio.capture.device_names import PERFORMER_TITLE
 from studio.capture.health import InputStatus, losses, problems, troubled
 from studio.take.take import TakeInfo
 from studio.vmc.senders import Flood
@@ -23,7 +24,28 @@ def test_when_all_is_well_nothing_is_said() -> None:
 def test_a_sender_that_was_ended_on_purpose_is_missed_in_a_take_alone() -> None:
     ended = replace(WELL, frameless_for=4.2, dismissed=True)
     assert (problems(ended), troubled(ended)) == ((), frozenset())
-    assert problems(replace(ended, rolling=True))[0][0] == "Motion stopped 4 s ago."
+    rolling = replace(ended, rolling=True)
+    what, remedy = problems(rolling)[0]
+    assert what == "You stopped the practice performer. The take goes on without motion."
+    assert remedy == "Start it again, or stop the take."
+    assert problems(replace(rolling, device=PERFORMER_TITLE))[0][0].endswith("without motion and voice.")
+    assert troubled(rolling) == {"motion"}
+    assert problems(replace(rolling, awaited=True)) == (), "it gets ready again"
+
+
+def test_nobody_is_told_to_turn_on_what_gets_ready() -> None:
+    nothing = replace(WELL, packets=0, frameless_for=None)
+    assert problems(nothing)
+    assert problems(replace(nothing, awaited=True)) == ()
+
+
+def test_a_sender_is_never_told_to_send_more_and_fewer_frames() -> None:
+    few = replace(WELL, fps=12)
+    assert [remedy for _, remedy in problems(few)] == ["Raise the sender's frame rate to 30 or 60."]
+    for local in (True, False):
+        remedies = [remedy for _, remedy in problems(replace(few, frames_lost=20, local=local))]
+        assert len(remedies) == 1
+        assert "lower" in remedies[0]
 
 
 @pytest.mark.parametrize(

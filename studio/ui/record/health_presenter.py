@@ -39,7 +39,10 @@ class HealthPresenter(QObject):
             if line_port(device) is not None:
                 remedy = self.tr("Its voice is recorded all the same.")
             problems["practice"] = (self._model.practice.problem, remedy)
-        rows = findings(snap, problems, device != NO_MICROPHONE, self._session.rolling)
+        practice = self._model.practice
+        rows = findings(
+            snap, problems, device != NO_MICROPHONE, self._session.rolling, practice.on, practice.busy
+        )
         if self._model.settling and not self._session.rolling:
             rows = [(self.tr("Checking the inputs…"), "", "")]
         self._card.show_findings(rows)
@@ -54,7 +57,12 @@ class HealthPresenter(QObject):
 
 
 def findings(
-    snap: Snapshot, problems: dict[str, tuple[str, str]], microphone: bool, rolling: bool = False
+    snap: Snapshot,
+    problems: dict[str, tuple[str, str]],
+    microphone: bool,
+    rolling: bool = False,
+    practising: bool = False,
+    awaited: bool = False,
 ) -> list[Finding]:
     """Rows of the health card, the worst first.
 
@@ -63,7 +71,9 @@ def findings(
         problems: inputs that could not be opened, by "motion" and "sound".
         microphone: whether one is to be recorded.
         rolling: whether a take is being recorded.
+        practising: whether the practice performer performs or gets ready. awaited: whether it gets ready.
     """
+    performs = snap.device == PERFORMER_TITLE
     rows: list[Finding] = [(native(what), native(remedy), "warn") for what, remedy in problems.values()]
     rows += [
         (_named(native(what), snap.device), native(remedy), "warn")
@@ -73,6 +83,8 @@ def findings(
     ]
     if snap.motion_alive and "motion" not in problems and "motion" not in snap.troubled:
         rows.append((_tr("Motion looks good."), "", "good"))
+    elif awaited and not snap.motion_alive:
+        rows.append((_tr("The practice performer is getting ready."), _tr("Give it a moment."), ""))
     elif not rows and rolling:
         remedy = _tr("Start your tracking app; its motion is recorded from then on.")
         rows.append((_tr("No motion signal. This take has sound only so far."), remedy, "warn"))
@@ -80,8 +92,9 @@ def findings(
         rows.append((_tr("No motion signal yet."), "", ""))
     if not microphone:
         rows.append((_tr("Recording without sound."), "", ""))
+    elif performs and (awaited or not practising):
+        pass  # its line is silent, as it has to be
     elif snap.audio_alive and is_quiet(snap.hold_dbfs) and "sound" not in snap.troubled:
-        performs = snap.device == PERFORMER_TITLE
         own = _tr("The practice performer says nothing yet.")
         rows.append(
             (own if performs else _tr("No voice yet. Say something to check the microphone."), "", "")

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QCoreApplication, QObject, QTimer
 
-from studio.capture.device_names import line_port, listed, performer_device, title_of
+from studio.capture.device_names import PERFORMER_TITLE, line_port, listed, performer_device, title_of
+from studio.capture.health import dismissed
 from studio.capture.snapshot import RecorderState, Snapshot
 from studio.capture.trackers import EVERYWHERE, KNOWN_PORTS, free_ports
 from studio.errors import StudioError
 from studio.settings import NO_MICROPHONE
 from studio.ui import messages
-from studio.ui.language import sentences
+from studio.ui.language import native, sentences
 from studio.ui.messages import counted
 from studio.ui.record.inputs_view import InputsCard
 from studio.ui.record.model import RecordModel
@@ -80,7 +81,7 @@ class InputsPresenter(QObject):
         card.clip_reset_requested.connect(model.clear_clip)
         session.microphones_requested.connect(self._on_requested)
         model.recorder_changed.connect(self._on_recorder)
-        model.practice_changed.connect(self._show_practice)
+        model.practice_changed.connect(self._on_practice)
         model.practice_changed.connect(self._follow_voice)
         model.finding_changed.connect(self._on_finding)
         # What was chosen while a take rolled is opened after it.
@@ -132,6 +133,14 @@ class InputsPresenter(QObject):
         if not self._model.practice_voice:
             self._session.change_settings(audio_device=name)
         self._follow_voice()
+
+    def _on_practice(self) -> None:
+        self._show_practice()
+        if self._session.rolling and not self._model.practice.on:
+            recorder = self._model.recorder
+            voice = recorder is not None and recorder.snapshot().device == PERFORMER_TITLE
+            what, remedy = dismissed(voice)
+            messages.show_note(self._card, native(what), native(remedy))
 
     def _show_practice(self) -> None:
         self._card.show_practice(self._model.practice.on, self._model.practice.busy)

@@ -151,7 +151,7 @@ class InputsCard(Card):
         self.practice.setChecked(on)
         self.practice.setEnabled(not busy)
         text = self.tr("Stop the practice performer") if on else self.tr("Use the practice performer")
-        self.practice.setText(self.tr("The practice performer is getting ready…") if busy else text)
+        self.practice.setText(self.tr("Getting ready…") if busy else text)
 
     def lock(self, locked: bool) -> None:
         """While rolling, inputs stay as they are."""

@@ -343,7 +343,9 @@ class RecordModel(QObject):
         if on and not self.practice.on:
             # What a microphone hears of it, if there are one and a loudspeaker, is a worse take.
             self.practice_voice = True
-        self.practice.set_on(on, settings.vmc_port, settings.audio_output)
+        # A take that rolls goes on hearing where the voice was, so that is where it has to come back.
+        rolling = self._session.rolling
+        self.practice.set_on(on, settings.vmc_port, settings.audio_output, same_line=rolling)
         self.practice_changed.emit()
 
     @property
@@ -450,6 +452,7 @@ class RecordModel(QObject):
         recorder = self.recorder
         if recorder is None:
             return
+        recorder.await_sender(self.practice.busy)
         snap = recorder.snapshot()
         if self._session.rolling and not self.busy and snap.state != RecorderState.ROLLING:
             # The recorder ended the take by itself, and says why.

@@ -72,6 +72,8 @@ class SlatePresenter(QObject):
     def _missing(self, snap: Snapshot) -> str:
         """What a take begun now would lack, in a sentence; "" where all that is chosen comes in."""
         microphone = self._model.sound_device != NO_MICROPHONE
+        if self._model.practice.busy and not snap.motion_alive:
+            return self.tr("The practice performer is getting ready. Record when it moves.")
         if not snap.motion_alive and not snap.audio_alive:
             return self.tr("No motion and no sound yet. Connect a tracker or a microphone.")
         if not snap.motion_alive:

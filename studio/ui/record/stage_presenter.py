@@ -65,7 +65,8 @@ class RecordStagePresenter(QObject):
         several = len(snap.sources) > 1
         names = {name: one.title for one in snap.sources for name in one.shapes} if several else {}
         view.shapes.show_sources(names)
-        view.show_stage(sentences(*model.problems.get("motion", ())), model.practice.on)
+        practice = model.practice
+        view.show_stage(sentences(*model.problems.get("motion", ())), practice.on, practice.busy)
 
     def _stance(self, bone_names: tuple[str, ...], pose: Pose) -> WorldPose | None:
         """Where a pose's bones are, or None where there are too few bones for a figure."""

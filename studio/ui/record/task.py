@@ -66,14 +66,21 @@ class PracticeTask(QObject):
         """Whether its process is alive, which it is for a moment after it was stopped."""
         return self._child.running
 
-    def set_on(self, on: bool, port: int = 0, device: str = "") -> None:
-        """Start sending to a port of this computer and speaking on a sound device, or stop."""
+    def set_on(self, on: bool, port: int = 0, device: str = "", same_line: bool = False) -> None:
+        """Start sending to a port of this computer and speaking on a sound device, or stop.
+
+        Args:
+            on: start, or stop.
+            port: where motion goes.
+            device: where its voice is heard.
+            same_line: its voice goes where it went before, if it went anywhere.
+        """
         if on == self._on:
             return
         self._on = on
         if on:
             # A port of its own: that of a performer in a terminal may be recorded by somebody else.
-            self.voice_port = _free_port()
+            self.voice_port = self.voice_port if same_line and self.voice_port else _free_port()
             self._start(port, device)
         else:
             self._child.stop()

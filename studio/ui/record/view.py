@@ -104,14 +104,15 @@ class RecordView(QWidget):
         self.avatar.show_avatar(avatar)
         self.figure.set_avatar(avatar)
 
-    def show_stage(self, problem: str, practising: bool) -> None:
+    def show_stage(self, problem: str, practising: bool, awaited: bool = False) -> None:
         """Say on the empty stage why no motion comes, and what its button does.
 
         Args:
             problem: why motion cannot come in; "" where it can.
-            practising: whether the practice performer performs.
+            practising: whether the practice performer performs. awaited: whether it gets ready.
         """
-        text = problem or self._waiting
+        coming = self.tr("The practice performer is getting ready…")
+        text = problem or (coming if awaited else self._waiting)
         if text != self._stage_text:
             self._stage_text = text
             self.figure.clear(text)

@@ -26,7 +26,7 @@ from studio.take import TakeInfo
 from studio.take.check import check_take, proof_of
 from studio.take.folder import load_take, save_take
 from studio.take.motion_file import read_motion
-from studio.ui import tasks, theme
+from studio.ui import messages, tasks, theme
 from studio.ui.messages import Toast
 from studio.ui.record.inputs_view import OTHER, own_address
 from studio.ui.record.presenter import RecordPresenter
@@ -37,6 +37,7 @@ from studio.ui.session import Session
 from studio.vmc.encode import encode_frame
 from tests.fakes import FakeChildTask
 from tests.ports import free_port
+from tests.ui.geometry import faults
 
 
 class Sender:
@@ -565,6 +566,25 @@ def test_what_comes_late_of_a_project_that_was_left_is_none_of_the_next(room: Ro
     assert recorder.takes_folder == room.project.takes_folder
 
 
+@pytest.mark.parametrize("size", [(1004, 560), (1260, 720)])
+def test_while_the_practice_performer_gets_ready_nothing_else_is_asked_for(room: Room, qtbot, size) -> None:
+    view = room.view
+    view.resize(*size)
+    # Its process would say by and by that it is ready.
+    room.model.practice = practice = PracticeTask(room.model, FakeChildTask())
+    practice.set_on(True, free_port())
+    ready = "The practice performer is getting ready."
+    qtbot.waitUntil(lambda: view.health.sentences[:1] == (ready,))
+    qtbot.waitUntil(lambda: room.model.recorder.snapshot().problems == ())
+    assert view.figure.empty_text == "The practice performer is getting ready…"
+    assert view.slate_bar.missing.text().startswith(ready)
+    assert view.inputs.practice.text() == "Getting ready…"
+    assert [one for one in faults(view) if "InputsCard" in one] == []
+    practice.set_on(False)
+    qtbot.waitUntil(lambda: ready not in view.health.sentences)
+    assert view.inputs.practice.text() == "Use the practice performer"
+
+
 @pytest.mark.slow
 def test_the_practice_performer_performs_on_a_button(virtual_audio, room: Room, qtbot) -> None:
     room.view.inputs.practice.click()
@@ -604,6 +624,17 @@ def test_the_practice_performer_s_voice_is_recorded_without_any_sound_device(roo
     assert recorder.snapshot().device == "Practice performer", "a take that rolls keeps its sound"
     assert choice.currentText() == "Practice performer", "and says so"
     assert not listed, "nothing is listed anew with every picture"
+    told = "You stopped the practice performer. The take goes on without motion and voice."
+    qtbot.waitUntil(lambda: told in room.view.health.sentences, timeout=30_000)
+    toast = messages.toast_of(room.view)
+    assert toast is not None
+    assert toast.text.text() == told
+    line = room.model.practice.voice_port
+    room.view.inputs.practice.click()
+    assert room.model.practice.voice_port == line, "the take hears it again"
+    ready = "The practice performer is getting ready."
+    qtbot.waitUntil(lambda: ready in room.view.health.sentences, timeout=30_000)
+    room.view.inputs.practice.click()
     room.view.slate_bar.record.click()
     qtbot.waitUntil(lambda: len(room.project.takes) == 2, timeout=60_000)
     assert not room.project.takes[1].info.notes
