@@ -105,10 +105,10 @@ TRACKERS: tuple[Tracker, ...] = (
     Tracker("vtube_studio", "iPhone: VTube Studio", VTUBE_STUDIO_PORT, VTUBE_STUDIO, (
         TrackerStep("phone", _tr("Open VTube Studio on the same Wi-Fi; in its settings turn on “3rd Party PC "
                                  "Clients”.")),
-        TrackerStep("phone_address", _tr("Type the address that it shows there into the line below.")),
+        TrackerStep("phone_shows", _tr("Type the address that it shows there into the line below.")),
         _FACE)),
     Tracker("openseeface", "OpenSeeFace", OPENSEEFACE_PORT, OPENSEEFACE, (
-        TrackerStep("switch", _tr("Start OpenSeeFace's facetracker with your camera.")),
+        TrackerStep("program", _tr("Start OpenSeeFace's facetracker with your camera.")),
         TrackerStep("address", _tr("It sends to {address}, port {port}, unless told otherwise.")),
         _MOVE), ("facetracker",)),
     Tracker("other", "Other VMC app", MARIONETTE_PORT, VMC, (

@@ -44,6 +44,7 @@ class StepPicture(QWidget):
         draw = {
             "switch": self._switch, "address": self._fields, "move": self._move,
             "phone": self._phone_app, "phone_address": self._phone_fields, "phone_face": self._phone_face,
+            "phone_shows": self._phone_shows, "program": self._program,
         }  # fmt: skip
         draw[self._kind](painter)
 
@@ -85,6 +86,15 @@ class StepPicture(QWidget):
         _phone(painter, QRectF(10, 4, 140, 92))
         _field(painter, QRectF(24, 24, 112, 22), self._address or "…")
         _field(painter, QRectF(24, 54, 112, 22), str(self._port))
+
+    def _phone_shows(self, painter: QPainter) -> None:
+        _phone(painter, QRectF(10, 4, 140, 92))
+        _bar(painter, 24, 26, 64)
+        _field(painter, QRectF(24, 40, 112, 22), self._address)
+
+    def _program(self, painter: QPainter) -> None:
+        _window(painter, QRectF(14, 8, 132, 84))
+        _face(painter, QPointF(80, 57), 24)
 
     def _phone_face(self, painter: QPainter) -> None:
         _face(painter, QPointF(36, 50), 25)

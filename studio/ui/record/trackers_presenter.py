@@ -147,6 +147,10 @@ class TrackersPresenter(QObject):
         if port not in snap.ports:
             text = self.tr("Port {0} is used by another program; close it, or use another port.")
             return text.format(port)
+        if self._shown.asked:
+            # That port is told to the phone by itself, and typed nowhere.
+            asked = bool(self._model.phone_status[0])
+            return self.tr("Waiting for the phone…") if asked else self.tr("Type the phone's address above.")
         return self.tr("Listening on port {0}…").format(port)
 
     def _look_up(self, sender: Sender) -> None:

@@ -33,6 +33,8 @@ from studio.ui.record.webcam_view import VIDEO, WebcamPane
 from studio.ui.session import Session
 from studio.ui.tasks import ChildTask
 
+DIGITS = 12
+"""Of a checksum, enough to tell it by; all of them are in the tooltip."""
 _NO_PREVIEW, _PREVIEW = Command("preview", "off"), Command("preview", "on")
 
 
@@ -225,10 +227,13 @@ class WebcamPresenter(QObject):
             text = self.tr("Tracking a face needs MediaPipe, once: {0}, Apache-2.0, from pypi.org.")
             self._pane.show_model(text.format(PACKAGE_SIZE), self.tr("Get MediaPipe"), False, file=False)
         elif not facts.here:
-            text = self.tr("The face model is needed once: {0}, {1}, from {2}. SHA-256 {3}.")
+            text = self.tr("The face model is needed once: {0}, {1}, from {2}. SHA-256 {3}…")
             size, host = size_text(facts.size), facts.url.split("/")[2]
             self._pane.show_model(
-                text.format(size, facts.licence, host, facts.sha256), self.tr("Get the model"), False
+                text.format(size, facts.licence, host, facts.sha256[:DIGITS]),
+                self.tr("Get the model"),
+                False,
+                tip=f"SHA-256 {facts.sha256}",
             )
         else:
             self._pane.show_model("", "", True)

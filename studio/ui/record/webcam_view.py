@@ -92,9 +92,6 @@ class WebcamPane(Card):
         self.toggle = self._button("webcam_toggle", lambda: self.toggled.emit(not self._on))
         theme.as_role(self.toggle, "primary")
         self.calibrate = self._button("webcam_calibrate", self.calibrate_requested.emit)
-        self.calibrate.setToolTip(
-            self.tr("Look straight ahead with a calm face for two seconds; that becomes the avatar's rest.")
-        )
         self._build_gains()
         self._model_text = label("", "", "webcam_model")
         self._model_text.setWordWrap(True)
@@ -134,7 +131,13 @@ class WebcamPane(Card):
         self._on = on
         self.toggle.setText(self.tr("Stop the webcam") if on else self.tr("Start the webcam"))
         self.calibrate.setEnabled(on)
-        self.gain.setEnabled(on)
+        tip = self.tr("Makes this part of the face move more or less than the camera sees it.")
+        tip += " " + (self.tr("It is remembered.") if on else self.tr("Start the webcam to change it."))
+        for control in (self._gain_title, self.shape, self.gain):
+            control.setToolTip(tip)
+            control.setEnabled(on)
+        rest = self.tr("Look ahead with a calm face for two seconds; that becomes the avatar's rest.")
+        self.calibrate.setToolTip(rest if on else self.tr("Start the webcam to calibrate it."))
         self.device.setEnabled(not on)
         self.mode.setEnabled(not on)
         self.refresh.setEnabled(not on)
@@ -168,7 +171,7 @@ class WebcamPane(Card):
                 found.scaled(self.picture.size(), Qt.AspectRatioMode.KeepAspectRatio, mode)
             )
 
-    def show_model(self, text: str, button: str, may_start: bool, file: bool = True) -> None:
+    def show_model(self, text: str, button: str, may_start: bool, file: bool = True, tip: str = "") -> None:
         """Say what is missing for tracking.
 
         Args:
@@ -176,7 +179,10 @@ class WebcamPane(Card):
             button: what fetches it, "" where that would not help.
             may_start: nothing is missing.
             file: it may be chosen from disk instead.
+            tip: more of the sentence, in its tooltip.
         """
+        self._model_text.setToolTip(tip)
+        self.toggle.setToolTip("" if may_start else text)
         self._model_text.setText(text)
         self._model_text.setVisible(bool(text))
         self.get_model.setText(button)
@@ -185,6 +191,7 @@ class WebcamPane(Card):
         self.toggle.setEnabled(may_start)
 
     def _build_gains(self) -> None:
+        self._gain_title = label(self.tr("Strength"), "caption")
         self.shape = QComboBox()
         self.shape.setObjectName("webcam_shape")
         self.shape.setAccessibleName(self.tr("Part of the face"))
@@ -199,11 +206,6 @@ class WebcamPane(Card):
         self.gain.setSingleStep(10)
         self.gain.setSuffix(" %")
         self.gain.setAccessibleName(self.tr("How strong"))
-        tip = self.tr(
-            "Makes this part of the face move more or less than the camera sees it. It is remembered."
-        )
-        for control in (self.shape, self.gain):
-            control.setToolTip(tip)
         self.gain.valueChanged.connect(self._on_gain)
         self._show_gain()
 
@@ -242,6 +244,7 @@ class WebcamPane(Card):
         texts.addWidget(self.hint)
         texts.addWidget(self.rate)
         light.addLayout(texts, 1)
+        light.addWidget(self._gain_title)
         light.addWidget(self.shape)
         light.addWidget(self.gain)
         body.addLayout(light)

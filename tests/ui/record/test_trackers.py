@@ -100,6 +100,7 @@ def test_vtube_studio_is_asked_from_its_card_and_heard(tab, qtbot) -> None:
         assert not page.address.isVisible()
         page.phone.address.setText("127.0.0.1")
         page.phone.button.click()
+        qtbot.waitUntil(lambda: page.heard.text() == "Waiting for the phone…")
         asked: list[bytes] = []
 
         def is_asked() -> bool:
@@ -108,7 +109,8 @@ def test_vtube_studio_is_asked_from_its_card_and_heard(tab, qtbot) -> None:
             return bool(asked)
 
         qtbot.waitUntil(is_asked)
-        qtbot.waitUntil(lambda: page.phone.words.text().startswith("Asking 127.0.0.1 to send…"))
+        told = "Asking 127.0.0.1 to send… Open VTube Studio there, in the same network."
+        qtbot.waitUntil(lambda: page.phone.words.text() == told)
         (port,) = json.loads(asked[0])["ports"]
 
         def heard() -> bool:
@@ -220,7 +222,7 @@ def test_every_step_is_drawn_in_both_themes(qtbot, qapp, name: str) -> None:
         picture.show_step(kind, "192.168.1.20", 11111)
         image = picture.grab().toImage().convertToFormat(QImage.Format.Format_RGB32)
         seen.add(bytes(image.constBits()))
-    assert len(seen) == 6, "six different pictures"
+    assert len(seen) == 8, "eight different pictures"
 
 
 def test_a_phone_reads_the_address(qtbot) -> None:

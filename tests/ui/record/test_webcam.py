@@ -83,7 +83,13 @@ def test_without_the_model_its_facts_are_shown_before_it_is_fetched(
     qtbot.waitUntil(lambda: text.isVisible(), timeout=20_000)
     for fact in ("3.8 MB", "Apache-2.0", "storage.googleapis.com", "64184e229b26"):
         assert fact in text.text()
+    digits = text.toolTip().split()[-1]
+    assert len(digits) == 64
+    assert digits not in text.text(), "whole in the tooltip only"
     assert not pane.toggle.isEnabled()
+    assert pane.toggle.toolTip() == text.text(), "a grey button says why"
+    assert not pane.gain.isEnabled()
+    assert "Start the webcam" in pane.gain.toolTip()
     if folder := os.environ.get("SAIA_SHOTS"):
         view.trackers.grab().save(f"{folder}/webcam_model.png")
 
