@@ -287,9 +287,7 @@ def _recording(info: TakeInfo, stopped: int) -> Iterator[Finding]:
     lost = max(info.frames_lost - stopped, 0)
     part = lost / max(info.frames + lost, 1)
     if part > 0.001:
-        what = say(
-            "Lost {frames} of motion ({part}).", frames=counted(lost, "frame"), part=f"{part:.1%}"
-        )
+        what = say("Lost {frames} of motion ({part}).", frames=counted(lost, "frame"), part=f"{part:.1%}")
         remedy = "Use a cable or the same computer, and close other programs while recording."
         yield Finding("lost", "major" if part > 0.02 else "minor", what, remedy)
     dropped = info.extra.get("packets_lost", "")
@@ -339,9 +337,7 @@ def _merged(spans: tuple[tuple[float, float, str], ...]) -> list[tuple[float, fl
 
 def _graded(report: Report, findings: list[Finding]) -> Report:
     # First that motion ended: what else is wrong of a take cut short is of less matter, and often its cause.
-    findings = sorted(
-        findings, key=lambda f: (-SEVERITIES.index(f.severity), f.kind != "ends", f.at or 0.0)
-    )
+    findings = sorted(findings, key=lambda f: (-SEVERITIES.index(f.severity), f.kind != "ends", f.at or 0.0))
     count = {severity: sum(f.severity == severity for f in findings) for severity in SEVERITIES}
     # Each major fault spoils a part; three of them leave too little to be worth a look.
     # An end is left out, and the rest of the take may be as good as any.

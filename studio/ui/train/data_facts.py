@@ -138,7 +138,9 @@ def _warnings(
         text = _tr("Only {0} to learn from: two minutes or more give a livelier result.")
         found.append(DataWarning(text.format(minutes(train.seconds))))
     if len({(t.info.shape_names, t.info.bone_names) for t in training}) > 1:
-        found.append(DataWarning(_tr("Your takes move different parts of the face or body: train those of one tracker.")))
+        found.append(
+            DataWarning(_tr("The takes differ in what was tracked: keep those of one tracker in Curate."))
+        )
     return found
 
 
