@@ -400,7 +400,7 @@ class ReviewModel(QObject):
         self.item_changed.emit()
 
     def _show_first(self) -> None:
-        """A take that no run was trained on where there is one, by which a model is judged; else a learnt one."""
+        """A take that no run learnt from, by which it is judged; without any, one that was learnt."""
         for split in ("test", "val", "train"):
             for item in self.items:
                 if item.selection is not None and item.selection.split == split:
