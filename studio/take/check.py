@@ -268,7 +268,7 @@ def _lag_findings(alignment: lag.Alignment, motion: Motion, enough: bool) -> Ite
 
 
 def _stopped(motion: Motion) -> int:
-    """What is wrong with the timing; that the mouth follows nothing only where there was enough to say so."""
+    """Frames that a sender's clock counts as lost while it sent none for long: a gap, told as such."""
     steps = np.diff(motion.times)
     return round(float(steps[steps > NO_MOTION_S].sum()) * motion.fps)
 
