@@ -20,7 +20,7 @@ from studio.errors import say
 from studio.motion import Motion
 from studio.motion.lag import RATE, speech_level
 from studio.take.findings import measure_sound
-from studio.take.motion_file import load_motion
+from studio.take.motion_file import load_motion, without_motion
 from studio.take.take import Take
 
 QUESTIONS, SMILES = say("questions"), say("smiles")
@@ -164,7 +164,8 @@ def cover_take(take: Take) -> TakeProgress:
     if take.audio_path is None or motion is None or len(motion) < 2:
         return TakeProgress(0.0, np.zeros(0), None)
     stats = measure_sound(take.audio_path)
-    seconds = min(stats.duration, float(motion.times[-1]))
+    away = sum(end - start for start, end in without_motion(motion, stats.duration))
+    seconds = max(stats.duration - away, 0.0)
     smiling = _smiling(motion)
     # Frames may come unevenly: each counts until the next one, but for gaps.
     length = np.minimum(np.diff(motion.times, append=motion.times[-1]), 0.2)

@@ -519,8 +519,17 @@ def _selection_of(take: Take, performer: str) -> Selection:
 
 
 def _is_material(take: Take) -> bool:
-    """Whether a new take is trained on: it has both parts, and no run made its motion."""
-    return take.trains and not take.info.predicted
+    """Whether a new take is trained on: it has both parts, it can be heard, and no run made its motion."""
+    return take.trains and not take.info.predicted and not _is_silent(take)
+
+
+def _is_silent(take: Take) -> bool:
+    """Whether nothing can be heard in a take; one that cannot be read is for its check to tell of."""
+    from studio.take.findings import is_silent
+
+    with suppress(StudioError):
+        return take.audio_path is not None and is_silent(take.audio_path)
+    return False
 
 
 def _rewrite(history: History[Dataset], change: Callable[[Dataset], Dataset]) -> None:

@@ -6,18 +6,24 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from studio.errors import StudioError, counted, say
 from studio.motion import Motion, lag
 from studio.motion.sanitize import sanitized
 from studio.take.filmed import beside_findings, filmed_findings
 from studio.take.findings import SoundStats, measure_sound, motion_findings, sound_findings, value_findings
-from studio.take.motion_file import read_motion
-from studio.take.take import SEVERITIES, Finding, Take, TakeInfo
+from studio.take.motion_file import NO_MOTION_S, read_motion
+from studio.take.take import NO_MOTION, SEVERITIES, Finding, Take, TakeInfo
 
 __all__ = ["SEVERITIES", "Finding", "Proof", "Report", "check_take", "proof_of"]
 
 LATE, VERY_LATE = 0.08, 0.3
 """Seconds between mouth and voice that matter, and that spoil a take."""
+LEAST_VOICE_S = 8.0
+"""Seconds of voice that a mouth has to follow before it is said that it does not."""
+MUCH_WITHOUT = 0.1
+"""Part of a take that sound without motion at its end spoils."""
 _VOICE_ONLY = "Sound only: use it in Review, not for training."
 _OF_RECORDING = frozenset({
     "damaged", "incomplete", "journal", "no_motion", "no_sound", "values", "gap", "ends", "starts", "lost",
@@ -123,11 +129,11 @@ def check_take(take: Take) -> Report:
     stats = _sound_stats(take, findings)
     report = Report("A", "", (), duration=take.info.duration)
     if motion is not None:
-        found, jitter = motion_findings(motion, _merged(take.info.left_out))
+        found, jitter = motion_findings(motion, _merged(_explained(take.info)))
         findings += found
         report = replace(report, fps=round(motion.fps, 3), jitter_ms=round(jitter * 1000, 3))
     if stats is not None:
-        findings += sound_findings(stats)
+        findings += sound_findings(stats, _made_from(take.info.source))
         report = replace(
             report,
             peak_dbfs=round(stats.peak_dbfs, 2),
@@ -135,9 +141,9 @@ def check_take(take: Take) -> Report:
             speech=round(stats.speech, 4),
         )
     if motion is not None and stats is not None:
-        found, report = _together(motion, stats, report)
+        found, report = _together(motion, stats, report, take.info)
         findings += found
-    findings += _recording(take.info)
+    findings += _recording(take.info, _stopped(motion) if motion is not None else 0)
     findings += filmed_findings(take.info)
     findings += beside_findings(take.info)
     if take.info.duration < 1.0:
@@ -207,10 +213,19 @@ def _sound_stats(take: Take, findings: list[Finding]) -> SoundStats | None:
     return stats
 
 
-def _together(motion: Motion, stats: SoundStats, report: Report) -> tuple[list[Finding], Report]:
+def _together(
+    motion: Motion, stats: SoundStats, report: Report, info: TakeInfo
+) -> tuple[list[Finding], Report]:
     findings = []
     start, end = float(motion.times[0]), float(motion.times[-1])
-    if stats.duration - end > 0.5:
+    if stats.duration - end > NO_MOTION_S:
+        what = say("Motion ended at {end} of {length}.", end=_clock(end), length=_clock(stats.duration))
+        remedy = "Cut the rest off, or record again."
+        if any(why == NO_MOTION and b > end for _, b, why in info.left_out):
+            remedy = "The rest is left out of training; record again if you need it."
+        severity = "major" if stats.duration - end > MUCH_WITHOUT * stats.duration else "minor"
+        findings.append(Finding("ends", severity, what, remedy, end, stats.duration))
+    elif stats.duration - end > 0.5:
         what = say("The motion ends {seconds} s before the sound.", seconds=f"{stats.duration - end:.1f}")
         findings.append(Finding("ends", "minor", what, "Trim the take to where both are there.", end))
     if end - stats.duration > 0.5:
@@ -224,17 +239,20 @@ def _together(motion: Motion, stats: SoundStats, report: Report) -> tuple[list[F
     # Too little voice for an offset to be believed.
     if stats.speech < 0.02 or not motion.shape_names:
         return findings, report
+    enough = float(stats.is_voice[: int(end * lag.RATE)].sum()) / lag.RATE >= LEAST_VOICE_S
     alignment = lag.voice_offset(lag.level_of(stats.power), motion)
     report = replace(
         report,
         offset_ms=round(alignment.offset * 1000, 1) if alignment.confidence > 0 else None,
         confidence=round(alignment.confidence, 3),
-        correlation=round(alignment.correlation, 3),
+        # Of very little nothing was measured, and nothing is to be said.
+        correlation=round(alignment.correlation, 3) if enough or alignment.confidence > 0 else None,
     )
-    return findings + list(_lag_findings(alignment, motion)), report
+    return findings + list(_lag_findings(alignment, motion, enough)), report
 
 
-def _lag_findings(alignment: lag.Alignment, motion: Motion) -> Iterator[Finding]:
+def _lag_findings(alignment: lag.Alignment, motion: Motion, enough: bool) -> Iterator[Finding]:
+    """What is wrong with the timing; that the mouth follows nothing only where there was enough to follow."""
     late = -alignment.offset
     if alignment.confidence >= lag.SURE and abs(late) > LATE:
         ms = f"{abs(late) * 1000:.0f}"
@@ -244,22 +262,32 @@ def _lag_findings(alignment: lag.Alignment, motion: Motion) -> Iterator[Finding]
         severity = "major" if abs(late) > VERY_LATE else "minor"
         yield Finding("offset", severity, what, "Press Align to move the motion, or set the offset by hand.")
     moves = bool(len(motion)) and lag.mouth_opening(motion, motion.times).std() > 0.005
-    if moves and alignment.confidence < lag.SURE and alignment.correlation < 0.15:
+    if moves and enough and alignment.confidence < lag.SURE and alignment.correlation < 0.15:
         remedy = "Check that sound and motion are of the same recording."
         yield Finding("mouth", "major", "The mouth does not follow the voice.", remedy)
 
 
-def _recording(info: TakeInfo) -> Iterator[Finding]:
-    """What the recorder counted, and what of its journal could not be read."""
+def _stopped(motion: Motion) -> int:
+    """Frames that a sender's clock counts as lost while it sent none for long: a gap, told as such."""
+    steps = np.diff(motion.times)
+    return round(float(steps[steps > NO_MOTION_S].sum()) * motion.fps)
+
+
+def _recording(info: TakeInfo, stopped: int) -> Iterator[Finding]:
+    """What the recorder counted, and what of its journal could not be read.
+
+    Args:
+        info: of the take.
+        stopped: frames that are missing because the motion stopped, not because they were lost.
+    """
     if damage := info.extra.get("damage", ""):
         # Said at every check: the sentence at the recovery passes, and the take looks like any other.
         remedy = "The damaged file is kept in the take's folder; listen to the place before you train on it."
         yield Finding("journal", "minor", damage, remedy)
-    part = info.frames_lost / max(info.frames + info.frames_lost, 1)
+    lost = max(info.frames_lost - stopped, 0)
+    part = lost / max(info.frames + lost, 1)
     if part > 0.001:
-        what = say(
-            "Lost {frames} of motion ({part}).", frames=counted(info.frames_lost, "frame"), part=f"{part:.1%}"
-        )
+        what = say("Lost {frames} of motion ({part}).", frames=counted(lost, "frame"), part=f"{part:.1%}")
         remedy = "Use a cable or the same computer, and close other programs while recording."
         yield Finding("lost", "major" if part > 0.02 else "minor", what, remedy)
     dropped = info.extra.get("packets_lost", "")
@@ -286,6 +314,16 @@ def _recording(info: TakeInfo) -> Iterator[Finding]:
         yield Finding("late", "minor", what, remedy)
 
 
+def _made_from(source: str) -> str:
+    """What was brought in, "film" or "sound"; "" for what was recorded here."""
+    return "film" if source == "imported (video)" else "sound" if source.startswith("imported") else ""
+
+
+def _explained(info: TakeInfo) -> tuple[tuple[float, float, str], ...]:
+    """Spans that are left out for a reason which is told as such: that motion stopped is yet to be."""
+    return tuple(span for span in info.left_out if span[2] != NO_MOTION)
+
+
 def _merged(spans: tuple[tuple[float, float, str], ...]) -> list[tuple[float, float]]:
     """Spans in order, those that touch joined: a lost face begins and ends with a cut."""
     joined: list[tuple[float, float]] = []
@@ -298,10 +336,13 @@ def _merged(spans: tuple[tuple[float, float, str], ...]) -> list[tuple[float, fl
 
 
 def _graded(report: Report, findings: list[Finding]) -> Report:
-    findings = sorted(findings, key=lambda f: (-SEVERITIES.index(f.severity), f.at or 0.0))
+    # First that motion ended: what else is wrong of a take cut short is of less matter, and often its cause.
+    findings = sorted(findings, key=lambda f: (-SEVERITIES.index(f.severity), f.kind != "ends", f.at or 0.0))
     count = {severity: sum(f.severity == severity for f in findings) for severity in SEVERITIES}
     # Each major fault spoils a part; three of them leave too little to be worth a look.
-    if count["fatal"] or count["major"] >= 3:
+    # An end is left out, and the rest of the take may be as good as any.
+    spoilt = sum(f.severity == "major" and f.kind != "ends" for f in findings)
+    if count["fatal"] or spoilt >= 3:
         grade = "D"
     elif count["major"]:
         grade = "C"
@@ -311,3 +352,8 @@ def _graded(report: Report, findings: list[Finding]) -> Report:
     worst = findings[0] if findings and findings[0].severity != "note" else None
     reason = worst.what if worst else "No problems found."
     return replace(report, grade=grade, reason=reason, findings=tuple(findings))
+
+
+def _clock(seconds: float) -> str:
+    """Minutes and seconds, as 0:06."""
+    return f"{round(seconds) // 60}:{round(seconds) % 60:02d}"

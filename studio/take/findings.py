@@ -13,6 +13,7 @@ from studio.errors import say, some
 from studio.motion import Motion, lag, rotation
 from studio.motion.channels import bone_words, is_blink_shape, is_mouth_shape
 from studio.sound.sound_file import sound_blocks, sound_info
+from studio.take.motion_file import NO_MOTION_S
 from studio.take.take import Finding
 
 STILL = 3.0
@@ -81,6 +82,8 @@ def _gaps(
     )
     severity = "major" if steps[longest] > 1.0 or total > 0.05 * motion.duration else "minor"
     remedy = "Exclude the gap, and check the network before the next take."
+    if steps[longest] > NO_MOTION_S:
+        remedy = "Leave it out of training, and look why your tracking app stopped there."
     start, end = (round(float(motion.times[i]), 3) for i in (longest, longest + 1))
     yield Finding("gap", severity, what, remedy, start, end)
 
@@ -229,7 +232,8 @@ def _stuck_bones(motion: Motion) -> Iterator[Finding]:
         longest = int(np.argmax(np.diff(motion.times[edges])))
         first, last = int(edges[longest]), int(edges[longest + 1])
         start, end = float(motion.times[first]), float(motion.times[last])
-        if end - start > BONE_STILL and anything[first : max(last - 1, first)].mean() > _LIVELY:
+        # Two frames far apart are a gap, not stillness.
+        if end - start > BONE_STILL and last - first > 1 and anything[first : last - 1].mean() > _LIVELY:
             held.setdefault((round(start, 1), round(end, 1)), []).append(name)
     for (start, end), names in sorted(held.items())[:3]:
         bones, seconds = some(bone_words(names), 4), f"{end - start:.1f}"
@@ -243,6 +247,8 @@ def _stuck_bones(motion: Motion) -> Iterator[Finding]:
 FLOOR_DBFS = -100.0
 _BLOCK = 10.0
 _FULL_SCALE = 0.9985
+_SILENT_DBFS = -60.0
+"""Level of the loudest twentieth below which a sound is silent."""
 _CLIPPED_RUN = 3
 """Samples in a row at full scale that make a clip: one alone may be a true peak."""
 
@@ -287,7 +293,7 @@ class SoundStats:
     @property
     def is_voice(self) -> NDArray[np.bool_]:
         """Whether each moment is loud enough for a voice, (K,)."""
-        if not len(self.power) or self.speech_dbfs < -60:
+        if not len(self.power) or self.speech_dbfs < _SILENT_DBFS:
             return np.zeros(len(self.power), dtype=np.bool_)
         bar = max(self.speech_dbfs - 25, min(self.noise_dbfs + 10, self.speech_dbfs - 6))
         return np.asarray(self.levels_dbfs > bar)
@@ -330,22 +336,49 @@ def measure_sound(path: Path) -> SoundStats:
     )
 
 
-def sound_findings(stats: SoundStats) -> Iterator[Finding]:
-    """Clipping, levels, noise, silence and rate."""
-    if stats.duration <= 0 or stats.speech_dbfs < -60:
-        what = "The sound is silent." if stats.duration > 0 else "The sound is empty."
-        yield Finding(
-            "silence", "fatal", what, "Check the microphone and its mute switch, then record again."
-        )
+def is_silent(path: Path) -> bool:
+    """Whether nobody can be heard in a sound; one that somebody speaks in is read to that point alone.
+
+    Raises:
+        StudioError: it is missing or damaged.
+    """
+    # As speech_dbfs: a twentieth of all moments is louder than that.
+    wanted, heard = 0.05 * sound_info(path).duration * lag.RATE, 0
+    for block in sound_blocks(path, None, _BLOCK):
+        heard += int((lag.power(block, sound_info(path).sample_rate) > 10 ** (_SILENT_DBFS / 10)).sum())
+        if heard > wanted:
+            return False
+    return True
+
+
+def sound_findings(stats: SoundStats, made_from: str = "") -> Iterator[Finding]:
+    """Clipping, levels, noise, silence and rate.
+
+    Args:
+        stats: of the sound.
+        made_from: "film" or "sound" where it was imported, and no microphone of the studio's recorded it.
+    """
+    if stats.duration <= 0 or stats.speech_dbfs < _SILENT_DBFS:
+        what: str = "The sound is silent." if stats.duration > 0 else "The sound is empty."
+        remedy = "Check the microphone and its mute switch, then record again."
+        if made_from:
+            remedy = "Choose one in which the voice is heard."
+            what = "This film is nearly silent." if made_from == "film" else "This sound is nearly silent."
+        yield Finding("silence", "fatal", what, remedy)
         return
     if stats.clipped:
         part = stats.clipped / max(stats.duration * stats.sample_rate, 1)
         what = say("The sound is clipped in {n} samples.", n=stats.clipped)
         remedy = "Turn the microphone's gain down and record again."
+        if made_from:
+            remedy = "Choose one whose sound was recorded less loud."
         yield Finding("clipping", "major" if part > 0.001 else "minor", what, remedy, stats.first_clip)
     if stats.peak_dbfs < -30:
         what = say("The sound is quiet: its peak is {peak} dBFS.", peak=f"{stats.peak_dbfs:.0f}")
-        yield Finding("quiet", "minor", what, "Turn the microphone's gain up or come closer.")
+        remedy = "Turn the microphone's gain up or come closer."
+        if made_from:
+            remedy = "Make it louder before you import it, or choose a louder one."
+        yield Finding("quiet", "minor", what, remedy)
     distance = stats.speech_dbfs - stats.noise_dbfs
     if stats.noise_dbfs > -50 and distance < 25:
         what = say("Background noise is only {distance} dB below your voice.", distance=f"{distance:.0f}")

@@ -20,7 +20,7 @@ from studio.files import atomic, leftovers
 from studio.motion import Motion
 from studio.sound.sound_file import sound_info
 from studio.take import motion_file
-from studio.take.take import FORMAT_VERSION, Take, TakeInfo
+from studio.take.take import FORMAT_VERSION, NO_MOTION, Take, TakeInfo
 
 INFO_FILE = "take.json"
 TRASH_FOLDER = ".trash"
@@ -186,8 +186,16 @@ def _with_motion(folder: Path, info: TakeInfo, motion: Motion | None) -> TakeInf
     if not path.exists():
         motion_file.write_motion(path, motion)
     end = float(motion.times[-1]) if len(motion) else 0.0
+    known = info.left_out
+    # Sound that nothing moved to teaches nothing; what is known of with a better reason is not told twice.
+    away = [
+        (start, end, NO_MOTION)
+        for start, end in motion_file.without_motion(motion, max(info.duration, end))
+        if info.audio_file and not any(a < end and start < b for a, b, _ in known)
+    ]
     return replace(
         info,
+        left_out=(*known, *away) if len(motion) > 1 else known,
         motion_file=path.name,
         frames=len(motion),
         fps=round(motion.fps, 3),

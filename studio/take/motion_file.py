@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 SUFFIX = ".arrow"
 FORMAT_VERSION = 1
 ROWS_PER_BATCH = 4096
+NO_MOTION_S = 1.0
+"""Seconds without a frame from which sound has no motion to be learnt with it."""
 
 
 def write_motion(path: Path, motion: Motion) -> None:
@@ -89,6 +91,14 @@ def load_motion_file(path: Path) -> Motion:
         StudioError: as read_motion.
     """
     return sanitized(read_motion(path))[0]
+
+
+def without_motion(motion: Motion, duration: float) -> tuple[tuple[float, float], ...]:
+    """Stretches (start, end) of a take of this duration that have no motion for longer than NO_MOTION_S."""
+    times = motion.times[np.isfinite(motion.times)]
+    edges = np.concatenate([[0.0], np.sort(times.clip(0.0, duration)), [duration]])
+    found = np.flatnonzero(np.diff(edges) > NO_MOTION_S)
+    return tuple((round(float(edges[i]), 3), round(float(edges[i + 1]), 3)) for i in found)
 
 
 def read_motion(path: Path) -> Motion:

@@ -37,6 +37,8 @@ class Finding:
 
 
 FORMAT_VERSION = 1
+NO_MOTION = "No motion"
+"""Why a span is left out in which sound went on and motion did not."""
 PREDICTED = "predicted by "
 """Begins the source of a take whose motion a run made; its name follows."""
 

@@ -48,7 +48,8 @@ class StepsPresenter(QObject):
     def show_tab(self, name: str) -> None:
         """Another tab is shown, "" for the welcome page."""
         project = self._session.project
-        if name == "curate" and project is not None and project.takes:
+        # While a take is recorded there is something else to look at.
+        if name == "curate" and project is not None and project.takes and not self._session.rolling:
             self._keep("check")
         self.refresh()
 
@@ -79,12 +80,16 @@ def steps_done(project: Project, kept: tuple[str, ...]) -> tuple[str, ...]:
     """The steps that are done in a project, in their order.
 
     Args:
-        project: its takes tell how much was recorded, its runs whether anything was learnt.
+        project: its takes tell how much there is to learn from, its runs whether anything was learnt.
         kept: steps that were done once, which no file tells of.
     """
     found = set(kept)
-    if sum(take.info.duration for take in project.takes) >= RECORD_SECONDS:
-        found.add("record")
-    if any(run.has_weights for run in project.runs):
+    # The best so far is kept from the first epoch on: a training under way is not done.
+    if any(run.has_weights and run.status != "running" for run in project.runs):
         found.add("train")
+    takes = {take.id: take.info.duration for take in project.takes}
+    used = (s for s in project.dataset.selections if s.split and s.take in takes)
+    # Who has trained had enough, however little it was.
+    if "train" in found or sum(s.seconds(takes[s.take]) for s in used) >= RECORD_SECONDS:
+        found.add("record")
     return tuple(step for step in STEPS if step in found)

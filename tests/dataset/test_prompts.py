@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,12 @@ from studio.dataset.dataset import Label, Selection
 from studio.dataset.prompts import KINDS, PauseWatch, Prompt, PromptSpans, next_prompt
 from studio.errors import StudioError
 from studio.motion import Motion
+from studio.project import Project
 from studio.sound.sound_file import Sound, write_sound
 from studio.take import Take, TakeInfo
 from studio.take.folder import save_take
+from studio.take.motion_file import load_motion
+from studio.ui.train.data_facts import data_facts
 
 RATE = 16_000
 
@@ -93,6 +97,22 @@ def _take(folder: Path, name: str, gain: float, smile: float) -> Take:
     shapes = np.stack([np.abs(np.sin(times)), np.full(len(times), smile)], 1)
     motion = Motion.build(times, ("A", "Joy"), shapes)
     return save_take(folder / "takes" / f"{name}_001", TakeInfo(name, 1), motion, wav)
+
+
+def test_recording_and_training_count_the_same_seconds(tmp_path: Path) -> None:
+    whole = _take(tmp_path, "whole", 0.1, 0.0)
+    motion = load_motion(whole)
+    assert motion is not None
+    info = TakeInfo("cut", 1)
+    take = save_take(tmp_path / "takes" / "cut_001", info, motion.cut(0.0, 6.0), tmp_path / "whole.wav")
+    project = Project.create(tmp_path / "p")
+    shutil.copytree(take.folder, project.takes_folder / take.id)
+    project.refresh()
+    (selection,) = project.dataset.selections
+    assert selection.seconds(take.info.duration) == pytest.approx(6.0, abs=0.05)
+    facts = data_facts(project.dataset, project.takes)
+    project.close()
+    assert facts.seconds == pytest.approx(coverage.cover_take(take).seconds)
 
 
 def test_coverage_counts_levels_smiles_and_prompts(tmp_path: Path) -> None:

@@ -9,13 +9,16 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from studio.dataset import edits
 from studio.dataset.dataset import Label
 from studio.errors import RequestError, StudioError
 from studio.project import Project, is_project
+from studio.sound.sound_file import Sound, write_sound
 from studio.take import TakeInfo
+from studio.take.folder import save_take
 from tests.formats.examples import a_motion, a_sound
 
 
@@ -183,6 +186,15 @@ def test_a_take_trains_only_where_it_has_sound_and_motion(tmp_path: Path, sound:
     for name, (motion, audio) in parts.items():
         project.add_take(name, TakeInfo(name), motion, audio)
     assert {s.id: s.split for s in project.dataset.selections} == {"both": "train", "voice": "", "dance": ""}
+
+
+def test_a_take_in_which_nothing_is_heard_does_not_train_by_itself(tmp_path: Path) -> None:
+    project, silence = Project.create(tmp_path / "p"), tmp_path / "silence.wav"
+    write_sound(silence, Sound(np.zeros((8000, 1), np.float32), 16000))
+    save_take(project.takes_folder / "mute_001", TakeInfo("mute"), a_motion(), silence)
+    project.refresh()
+    assert project.dataset["mute_001"].split == ""
+    project.close()
 
 
 def test_choices_of_older_projects_stay(tmp_path: Path, sound: Path) -> None:

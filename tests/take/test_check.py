@@ -108,6 +108,32 @@ def test_gaps_are_told_with_their_place(tmp_path: Path) -> None:
     assert report.grade == "C"
 
 
+def test_motion_that_ended_is_told_as_that_and_its_rest_is_left_out(tmp_path: Path) -> None:
+    take = take_of(tmp_path, motion().cut(0.0, 6.0), voice())
+    assert take.info.left_out == ((6.0, 24.0, "No motion"),)
+    report = check_take(replace(take, info=replace(take.info, frames_lost=60)))
+    first, second = report.findings[:2]
+    assert (first.kind, first.severity, first.at, first.until) == ("ends", "major", 6.0, 24.0)
+    assert (first.what, report.reason) == ("Motion ended at 0:06 of 0:24.",) * 2
+    assert first.remedy == "The rest is left out of training; record again if you need it."
+    assert second.kind == "lost"
+    assert proof_of(take, report).what == first.what
+    older = check_take(replace(take, info=replace(take.info, left_out=())))
+    assert older.findings[0].remedy == "Cut the rest off, or record again."
+
+
+def test_frames_that_were_never_sent_are_not_lost(tmp_path: Path) -> None:
+    whole = motion()
+    rows = np.flatnonzero((whole.times < 5.0) | (whole.times > 13.0))
+    take = take_of(tmp_path, whole.at_rows(rows), voice())
+    ((start, end, why),) = take.info.left_out
+    assert (round(start), round(end), why) == (5, 13, "No motion")
+    found = kinds(replace(take, info=replace(take.info, frames_lost=480)))
+    assert "lost" not in found
+    assert found["gap"] == "Motion has a gap of 8.03 s."
+    assert "lost" in kinds(replace(take, info=replace(take.info, frames_lost=580)))
+
+
 def test_stuck_motion_is_told_apart_from_a_gap(tmp_path: Path) -> None:
     whole = motion()
     index = np.arange(len(whole))
@@ -191,6 +217,25 @@ def test_clipping_is_told_with_its_place(tmp_path: Path) -> None:
 )
 def test_levels(tmp_path: Path, samples: NDArray[np.float32], kind: str, what: str) -> None:
     assert kinds(take_of(tmp_path, motion(), samples))[kind] == what
+
+
+@pytest.mark.parametrize(
+    ("source", "what"),
+    [("imported (video)", "This film is nearly silent."), ("imported (wav)", "This sound is nearly silent.")],
+)
+def test_what_was_brought_in_silent_is_not_blamed_on_a_microphone(
+    tmp_path: Path, source: str, what: str
+) -> None:
+    take = take_of(tmp_path, motion(), np.zeros(RATE * 24, np.float32))
+    found = check_take(replace(take, info=replace(take.info, source=source))).findings[0]
+    assert (found.what, found.remedy) == (what, "Choose one in which the voice is heard.")
+
+
+def test_of_a_short_take_it_is_not_said_that_the_mouth_follows_nothing(tmp_path: Path) -> None:
+    # Under four seconds no offset is looked for at all, and none found was taken for a mouth of another take.
+    take = take_of(tmp_path, motion().cut(0.0, 3.8), voice()[: int(3.8 * RATE)])
+    report = check_take(take)
+    assert (report.grade, report.correlation) == ("A", None)
 
 
 def test_low_rate_and_lengths_that_differ(tmp_path: Path) -> None:

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import platform
+
 import pytest
 from PySide6.QtWidgets import QPushButton, QToolButton
 
 from studio.project import Project
+from studio.project.run import RunReport
 from studio.ui.main_window import MainWindow
 from studio.ui.next_steps_presenter import RECORD_SECONDS, steps_done
 from studio.ui.session import Session
@@ -38,7 +42,26 @@ def test_a_project_tells_what_is_done(toy_project: Project) -> None:
     assert sum(take.info.duration for take in toy_project.takes) < RECORD_SECONDS
     assert steps_done(toy_project, ()) == ()
     train(toy_project)
-    assert steps_done(toy_project, ("check",)) == ("check", "train")
+    assert steps_done(toy_project, ("check",)) == ("record", "check", "train"), "who has trained had enough"
+
+
+def test_a_training_under_way_is_not_done(toy_project: Project) -> None:
+    train(toy_project)
+    report = RunReport(status="running", pid=os.getpid(), host=platform.node())
+    report.save(toy_project.runs_folder / "quick_001")
+    assert "train" not in steps_done(toy_project, ())
+    RunReport(status="done").save(toy_project.runs_folder / "quick_001")
+    assert "train" in steps_done(toy_project, ())
+
+
+def test_curate_is_not_checked_by_a_look_during_a_recording(window: MainWindow, monkeypatch) -> None:
+    monkeypatch.setattr(window.session, "rolling", True)
+    window.show_room("curate")
+    assert ticked(window) == []
+    monkeypatch.setattr(window.session, "rolling", False)
+    window.show_room("record")
+    window.show_room("curate")
+    assert ticked(window) == ["check"]
 
 
 def test_steps_tick_themselves_off(window: MainWindow, qtbot) -> None:
@@ -50,17 +73,17 @@ def test_steps_tick_themselves_off(window: MainWindow, qtbot) -> None:
     assert ticked(window) == ["check"]
     train(project)
     window.session.runs_changed.emit()
-    assert ticked(window) == ["check", "train"]
+    assert ticked(window) == ["record", "check", "train"]
     window.show_room("review")
     window.show_room("live")
-    assert ticked(window) == ["check", "train"], "looking in does nothing yet"
+    assert ticked(window) == ["record", "check", "train"], "looking in does nothing yet"
     window.session.step_done.emit("watch")
     window.session.step_done.emit("live")
-    assert ticked(window) == ["check", "train", "watch", "live"]
+    assert ticked(window) == ["record", "check", "train", "watch", "live"]
     window.close_project()
     assert not strip.isVisible()
     window.start.open_project(project.folder)
-    assert ticked(window) == ["check", "train", "watch", "live"], "what no file tells is remembered"
+    assert ticked(window) == ["record", "check", "train", "watch", "live"], "what no file tells is remembered"
 
 
 def test_a_step_puts_the_focus_on_its_button(window: MainWindow, qtbot) -> None:

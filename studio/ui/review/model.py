@@ -400,8 +400,8 @@ class ReviewModel(QObject):
         self.item_changed.emit()
 
     def _show_first(self) -> None:
-        """A take that no run was trained on where there is one: that is what a model is judged by."""
-        for split in ("test", "val"):
+        """A take that no run learnt from, by which it is judged; without any, one that was learnt."""
+        for split in ("test", "val", "train"):
             for item in self.items:
                 if item.selection is not None and item.selection.split == split:
                     self.show(item)

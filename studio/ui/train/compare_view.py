@@ -255,7 +255,7 @@ class CompareDialog(QDialog):
             lambda _: self.split_chosen.emit(str(self.ground.currentData()))
         )
         series = [(run, run) for run in runs]
-        self.error_plot = LossPlot(self.tr("Error on validation"), series)
+        self.error_plot = LossPlot(self.tr("Error on held-back takes"), series)
         words = self.tr("In the green band it moves as much as the performer")
         self.motion_plot = LossPlot(self.tr("Motion against captured"), series, (*ALIVE, words), 2)
         column = QVBoxLayout(self)

@@ -80,7 +80,7 @@ def data_facts(dataset: Dataset, takes: Sequence[Take]) -> DataFacts:
     whole = [(s, take) for s, take in used if take.motion_path and take.audio_path]
 
     def of(split: str) -> SplitFacts:
-        mine = [_seconds(s, take) for s, take in whole if s.split == split]
+        mine = [s.seconds(take.info.duration) for s, take in whole if s.split == split]
         return SplitFacts(len(mine), sum(mine))
 
     training = [take for s, take in whole if s.split == "train"]
@@ -107,7 +107,7 @@ def one_for_validation(dataset: Dataset, takes: Sequence[Take]) -> str | None:
     train = [s for s in dataset.of_split("train") if s.take in by_id and not s.locked]
     if len(train) < 2:
         return None
-    lengths = {s.id: _seconds(s, by_id[s.take]) for s in train}
+    lengths = {s.id: s.seconds(by_id[s.take].info.duration) for s in train}
     aim = sum(lengths.values()) / 6
     return min(lengths, key=lambda selection: abs(lengths[selection] - aim))
 
@@ -130,7 +130,7 @@ def _warnings(
     lengths = {take.id: 0.0 for take in training}
     for selection, take in used:
         if selection.split == "train" and take.id in lengths:
-            lengths[take.id] += _seconds(selection, take)
+            lengths[take.id] += selection.seconds(take.info.duration)
     if train.takes and not val.takes and shares_for(lengths.values()) is not ALL_TRAIN:
         text = _tr("No validation take: the studio cannot tell which version is best.")
         found.append(DataWarning(text, repair="val"))
@@ -138,14 +138,10 @@ def _warnings(
         text = _tr("Only {0} to learn from: two minutes or more give a livelier result.")
         found.append(DataWarning(text.format(minutes(train.seconds))))
     if len({(t.info.shape_names, t.info.bone_names) for t in training}) > 1:
-        found.append(DataWarning(_tr("The training takes do not all have the same channels.")))
+        found.append(
+            DataWarning(_tr("The takes differ in what was tracked: keep those of one tracker in Curate."))
+        )
     return found
-
-
-def _seconds(selection: Selection, take: Take) -> float:
-    end = take.info.duration if selection.out_point is None else selection.out_point
-    left_out = sum(b - a for a, b in selection.excluded)
-    return max(end - selection.in_point - left_out, 0.0)
 
 
 def _listed(names: list[str]) -> str:

@@ -276,7 +276,7 @@ class TrainModel(QObject):
         folder = self.training.folder
         if self.here:
             self.shown = ""
-        sentence = self.tr("The training was cancelled and its run removed.")
+        sentence = self.tr("The training was cancelled.")
         # What a child says is never enough to move a folder: it has to lie among the runs.
         if folder is not None and folder.parent == self.training.runs_folder and folder.is_dir():
             self.trash.remove(folder, sentence)

@@ -262,7 +262,7 @@ class PreviewPresenter(QObject):
     def _caption(self, found: Preview, which: str) -> str:
         epoch = found.epochs[which] or found.epochs[LATEST]
         text = self.tr("Epoch {0}").format(epoch)
-        return self.tr("{0}, the best").format(text) if epoch == found.epochs[BEST] else text
+        return self.tr("{0}, kept").format(text) if epoch == found.epochs[BEST] else text
 
 
 def _differ(found: Preview) -> bool:

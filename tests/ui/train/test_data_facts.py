@@ -82,7 +82,8 @@ def test_little_material_is_told() -> None:
 def test_mixed_channels_are_told() -> None:
     takes = [_take("a", 200.0), _take("b", shape_names=("JawOpen",)), _take("c")]
     facts = data_facts(_dataset(("a", "train"), ("b", "train"), ("c", "val")), takes)
-    assert facts.warnings[0].text == "The training takes do not all have the same channels."
+    told = "The takes differ in what was tracked: keep those of one tracker in Curate."
+    assert facts.warnings[0].text == told
 
 
 def test_validation_takes_about_a_sixth_and_never_a_locked_take() -> None:

@@ -46,13 +46,13 @@ def test_the_newest_epoch_is_seen_while_it_trains_and_the_best_afterwards(
     assert not pane.isVisible(), "there is nothing yet"
     _write(tmp_path, 5, best=True, at=10**9)
     following.follow(tmp_path, live=True)
-    qtbot.waitUntil(lambda: pane.predicted.accessibleName() == "Epoch 5, the best", timeout=MINUTE)
+    qtbot.waitUntil(lambda: pane.predicted.accessibleName() == "Epoch 5, kept", timeout=MINUTE)
     _write(tmp_path, 10, best=False, at=2 * 10**9)
     following.follow(tmp_path, live=True)
     qtbot.waitUntil(lambda: pane.predicted.accessibleName() == "Epoch 10", timeout=MINUTE)
     qtbot.waitUntil(lambda: pane.predicted.frame > 2, timeout=MINUTE)
     following.follow(tmp_path, live=False)
-    qtbot.waitUntil(lambda: pane.predicted.accessibleName() == "Epoch 5, the best", timeout=MINUTE)
+    qtbot.waitUntil(lambda: pane.predicted.accessibleName() == "Epoch 5, kept", timeout=MINUTE)
     newest = pane.findChild(QToolButton, "preview_latest")
     assert newest is not None
     qtbot.mouseClick(newest, Qt.MouseButton.LeftButton)

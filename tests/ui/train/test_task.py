@@ -126,7 +126,7 @@ def test_a_cancelled_training_is_removed_though_its_child_was_done(
     assert not presenter.model.training.running
     assert session.project is not None
     assert [run.id for run in session.project.runs] == (["quick_001"] if resumed else [])
-    told = "quick_001 is ready." if resumed else "The training was cancelled and its run removed."
+    told = "quick_001 is ready." if resumed else "The training was cancelled."
     qtbot.waitUntil(lambda: messages.toast_of(view.window()) is not None)
     said = [toast.text.text() for toast in view.window().findChildren(messages.Toast)]
     assert said == [told]
