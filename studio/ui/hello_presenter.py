@@ -73,7 +73,7 @@ class HelloPresenter(QObject):
         self._frames.setTimerType(Qt.TimerType.PreciseTimer)
         self._frames.setInterval(FRAME_MS)
         self._frames.timeout.connect(self._on_frame)
-        self.pane = Pane("hello_pane", "", "", "mdi6.human", "figure", face_share=0.5)
+        self.pane = Pane("hello_pane", "", self.tr("Getting ready…"), "mdi6.human", "figure", face_share=0.5)
         self.pane.figure.set_orbit(FACE)
         self.pane.set_avatar(formats.read_avatar(OWN))
         view.add_figure(self.pane)
