@@ -97,7 +97,7 @@ def _of_settings() -> Iterator[Source]:
     from studio.settings import Settings
 
     for about in Settings.info().values():
-        for text in (about.title, about.help, about.unit, *about.choices.values()):
+        for text in (about.title, about.help, about.unit, about.zero, about.tip, *about.choices.values()):
             if text and about.title:
                 yield Source("Settings", text, False, "studio/settings.py:1")
 

@@ -43,6 +43,7 @@ class SettingInfo:
         choices: the values a text may have, each with what a person calls it; empty for any.
         form: how one of several texts is written, where not all texts are allowed.
         is_valid: whether one of them is written like that.
+        tip: what those who know of ports and addresses want to know besides.
     """
 
     title: str
@@ -54,6 +55,7 @@ class SettingInfo:
     choices: Mapping[str, str] = field(default_factory=dict)
     form: str = ""
     is_valid: Callable[[str], bool] = bool
+    tip: str = ""
 
 
 def _setting(default: Any, title: str, help: str, **limits: Any) -> Any:
@@ -68,16 +70,24 @@ class Settings:
         "dark", "Theme", "Dark or light window.", choices={"dark": "Dark", "light": "Light"}
     )
     vmc_port: int = _setting(
-        MARIONETTE_PORT, "Motion port", "UDP port that VMC motion arrives on.", low=1, high=65535
+        MARIONETTE_PORT,
+        "Motion port",
+        "The number your tracker sends to; type the same in both.",
+        low=1,
+        high=65535,
+        tip="A UDP port; VMC motion arrives on it.",
     )
     vmc_host: str = _setting(
-        "127.0.0.1", "Motion address", "Address listened on; 0.0.0.0 hears other computers too."
+        "127.0.0.1",
+        "Motion from",
+        "Where your tracker runs. Phones need your network.",
+        tip="The address listened on: 127.0.0.1 for this computer, 0.0.0.0 for your network too.",
     )
     more_ports: tuple[str, ...] = _setting((), "", "Further UDP ports that motion arrives on, as texts.")
-    audio_device: str = _setting("", "Microphone", "Sound device to record from; empty is the system's own.")
+    audio_device: str = _setting("", "Microphone", "What Record hears you with.")
     camera: str = _setting("", "", "Camera that tracks a face in Record; empty is the system's own.")
     camera_mode: str = _setting("640x480@30", "", "Size and rate that camera is asked for, as WxH@FPS.")
-    audio_output: str = _setting("", "Speaker", "Sound device to play on; empty is the system's own.")
+    audio_output: str = _setting("", "Speaker", "Where takes and results are heard.")
     live_device: tuple[str, ...] = _setting(
         (), "", "Microphone that Live listens to, as the first; none chosen means the one to record from."
     )
@@ -88,7 +98,8 @@ class Settings:
         False, "Remote control", "Lets Stream Deck, Touch Portal and other programs here press Live's keys."
     )
     remote_port: int = _setting(
-        REMOTE_PORT, "Remote port", "Port on this computer for remote control, HTTP and OSC.",
+        REMOTE_PORT, "Remote port", "The number those programs send to.",
+        tip="Takes HTTP and OSC, from this computer only.",
         low=1024, high=65535,
     )  # fmt: skip
     obs_address: str = _setting("", "", "Where OBS was last connected, as host:port.")
@@ -107,7 +118,8 @@ class Settings:
     send_targets: tuple[str, ...] = _setting(
         (USUAL.text,),
         "Send to",
-        "Avatar programs to send to, as program=host:port; saia live and saia play send to the first.",
+        "Avatar programs to move, such as VSeeFace=127.0.0.1:39540; commas between several.",
+        tip="127.0.0.1 is this computer. At a terminal, saia live and saia play send to the first.",
         form="program=host:port",
         is_valid=lambda text: Address.parse(text) is not None,
     )

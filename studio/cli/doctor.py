@@ -183,8 +183,8 @@ def check_port(port: int) -> SystemCheckEvent:
             # Bound for a moment, as the receiver would: whether a port is free cannot be asked otherwise.
             probe.bind(("127.0.0.1", port))
         except OSError:
-            taken = port_taken(port)
-            return SystemCheckEvent("motion", False, taken.what, taken.remedy)
+            taken, elsewhere = port_taken(port), say("Close it, or choose another port in Record.")
+            return SystemCheckEvent("motion", False, taken.what, taken.remedy, elsewhere)
     return SystemCheckEvent("motion", True, say("Port {port} is free for motion.", port=port))
 
 

@@ -29,7 +29,8 @@ TITLE = "VRM Animation"
 SUFFIX = ".vrma"
 NOTE = (
     "Body, expressions and gaze for any VRM avatar; no sound. Both eyes look the same way, by the eye bones; "
-    "gaze expressions such as LookUp are left out. UniVRM ignores the gaze, VMagicMirror the face."
+    "gaze expressions such as LookUp are left out. Not every program reads all of it: "
+    "UniVRM leaves the eyes at rest, VMagicMirror the face."
 )
 
 REQUIRED = (

@@ -305,7 +305,7 @@ class RenderScene:
 
     def _follow(self, head: NDArray[np.float64], as_avatar: bool) -> None:
         """Let a close camera go with a head at (3,) once it leaves what is framed."""
-        rest = _STICK_HEAD * self._scale
+        rest = STICK_HEAD * self._scale
         if as_avatar and self._avatar is not None and "Head" in self._avatar.skeleton.bone_names:
             names = self._avatar.skeleton.bone_names
             rest = to_picture(self._avatar.rest_joints[names.index("Head")])
@@ -431,7 +431,7 @@ class RenderScene:
             self._plotter.add_light(light)
 
 
-_STICK_HEAD = to_picture(WorldPose.at_rest(Skeleton.humanoid(("Hips", "Head"))).joints[1])
+STICK_HEAD = to_picture(WorldPose.at_rest(Skeleton.humanoid(("Hips", "Head"))).joints[1])
 """Where the built-in figure's head rests."""
 
 

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import QFileDialog, QWidget
 
 from studio import formats
 from studio.capture.phrase import LONGEST_S, PhraseRecording
-from studio.errors import StudioError, say
+from studio.errors import InputError, StudioError, say
 from studio.files import leftovers
 from studio.motion import Motion, Skeleton
 from studio.performer.speech import read_aloud
@@ -73,7 +73,7 @@ class HelloPresenter(QObject):
         self._frames.setTimerType(Qt.TimerType.PreciseTimer)
         self._frames.setInterval(FRAME_MS)
         self._frames.timeout.connect(self._on_frame)
-        self.pane = Pane("hello_pane", "", "", "mdi6.human", "figure", face_share=0.5)
+        self.pane = Pane("hello_pane", "", self.tr("Getting ready…"), "mdi6.human", "figure", face_share=0.5)
         self.pane.figure.set_orbit(FACE)
         self.pane.set_avatar(formats.read_avatar(OWN))
         view.add_figure(self.pane)
@@ -153,14 +153,22 @@ class HelloPresenter(QObject):
         self._work.run(
             lambda: PhraseRecording(device),
             self._on_listening,
-            self._on_failed,
+            self._on_deaf,
             self._let_go,
             self._devices,
         )
 
     def _on_listening(self, phrase: PhraseRecording) -> None:
         self._phrase = phrase
+        self._view.show_microphone(True)
         self._frames.start()
+
+    def _on_deaf(self, error: BaseException) -> None:
+        if isinstance(error, InputError):
+            # There is no list of devices here, but another way to say something.
+            error = StudioError(error.what, self.tr("Plug in a microphone and allow it, or type a sentence."))
+            self._view.show_microphone(False)
+        self._on_failed(error)
 
     def _finish_phrase(self) -> None:
         """What was said goes to the base voice; nothing said is told."""

@@ -46,7 +46,7 @@ class HelloView(QFrame):
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("hello")
-        self._seen = False
+        self._seen, self._speak_token = False, "on_accent"
         theme.as_role(self, "card")
         self.setMinimumHeight(LEAST_HEIGHT)
         controls = QVBoxLayout()
@@ -88,6 +88,14 @@ class HelloView(QFrame):
         self._row.replaceWidget(self._room, figure)
         self._room.deleteLater()
         self._room = figure
+
+    def show_microphone(self, there: bool) -> None:
+        """Offer to speak first, or a sentence where there is no microphone."""
+        theme.as_role(self.speak, "primary" if there else "")
+        theme.as_role(self.say, "" if there else "primary")
+        self._speak_token = "on_accent" if there else "muted"
+        if not self.speak.property("listening"):
+            theme.set_icon(self.speak, "mdi6.microphone", self._speak_token)
 
     def show_idle(self, text: str = "", health: str = "") -> None:
         """Nothing is going on; with a sentence of what came of it, health "warn" where it went wrong."""
@@ -132,7 +140,7 @@ class HelloView(QFrame):
             return
         self.speak.setProperty("listening", speaking)
         self.speak.setText(self.tr("Stop") if speaking else self.tr("Speak"))
-        theme.set_icon(self.speak, "mdi6.stop" if speaking else "mdi6.microphone", "on_accent")
+        theme.set_icon(self.speak, "mdi6.stop" if speaking else "mdi6.microphone", self._speak_token)
         for other in (self.file, self.sentence, self.say):
             other.setEnabled(not speaking)
 

@@ -22,15 +22,17 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio.capture.device_names import listed, title_of
 from studio.errors import RequestError
-from studio.settings import SettingInfo, Settings, text_of, value_of
-from studio.ui import messages, theme
+from studio.settings import NO_MICROPHONE, SettingInfo, Settings, text_of, value_of
+from studio.ui import messages, tasks, theme
 from studio.ui.language import native
 from studio.ui.session import Session
 from studio.ui.shortcuts import name_of
 from studio.ui.widgets.card import label
 
 HELP_PX = 400
+DEVICES = "audio_device", "audio_output"
 SCREEN_SHARE = 0.92
 """Of the screen's height, at most; what does not fit is scrolled to."""
 
@@ -45,6 +47,7 @@ class SettingsDialog(QDialog):
         self._session = session
         self._show: dict[str, Callable[[object], None]] = {}
         self._resets: dict[str, QToolButton] = {}
+        self._listed = False
         self._lines = QWidget()
         grid = QGridLayout(self._lines)
         grid.setContentsMargins(0, 0, 0, 0)
@@ -71,6 +74,7 @@ class SettingsDialog(QDialog):
         session.rolling_changed.connect(self._show_locked)
         self._show_values()
         self._show_locked(session.rolling)
+        self._list_devices()
 
     def showEvent(self, event: QShowEvent) -> None:
         """Be as large as all lines need, or as the screen allows."""
@@ -101,15 +105,12 @@ class SettingsDialog(QDialog):
         meaning = label(_translated(about.help), "muted")
         meaning.setWordWrap(True)
         meaning.setMinimumWidth(HELP_PX)
+        for one in (title, control, meaning):
+            one.setToolTip(_translated(about.tip) if about.tip else "")
         reset = self._resets[name] = QToolButton()
         reset.setObjectName(f"reset_{name}")
         default = getattr(Settings(), name)
-        words = (
-            about.choices.get(default)
-            or (about.zero if default == 0 else "")
-            or text_of(default)
-            or self.tr("empty")
-        )
+        words = self._words_of(name, about, default)
         reset.setToolTip(self.tr("Back to the default: {0}").format(words))
         reset.setAccessibleName(self.tr("Reset {0}").format(title.text()))
         theme.set_icon(reset, "mdi6.restore", "muted")
@@ -121,12 +122,13 @@ class SettingsDialog(QDialog):
     def _control(self, name: str, about: SettingInfo) -> tuple[QWidget, Callable[[object], None]]:
         """What a setting is changed with, by its kind, and what shows a value in it."""
         default = getattr(Settings(), name)
-        if choices := _choices(name, about):
+        if choices := self._choices(name, about):
             box = QComboBox()
+            box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
             for value, words in choices.items():
-                box.addItem(_translated(words), value)
+                box.addItem(words, value)
             box.activated.connect(lambda: self._change(name, box.currentData()))
-            return box, lambda value: box.setCurrentIndex(box.findData(value))
+            return box, partial(self._show_choice, box)
         if isinstance(default, bool):
             check = QCheckBox()
             check.clicked.connect(partial(self._change, name))
@@ -147,6 +149,63 @@ class SettingsDialog(QDialog):
         line = QLineEdit()
         line.editingFinished.connect(lambda: self._change(name, value_of(name, line.text().strip())))
         return line, lambda value: line.setText(text_of(value))
+
+    def _choices(self, name: str, about: SettingInfo) -> Mapping[str, str]:
+        """The values to choose from: those of the table, recipes, which are files, addresses and devices."""
+        match name:
+            case "recipe":
+                from studio.training.recipe import recipes
+
+                return {one.name: native(one.title) for one in recipes()}
+            case "vmc_host":
+                return {"127.0.0.1": self.tr("This computer"), "0.0.0.0": self.tr("My network")}
+            case "audio_device":
+                return {"": self.tr("Default microphone"), NO_MICROPHONE: self.tr("No microphone")}
+            case "audio_output":
+                return {"": self.tr("Default output")}
+        return {value: _translated(words) for value, words in about.choices.items()}
+
+    def _words_of(self, name: str, about: SettingInfo, value: object) -> str:
+        """What a person calls a setting's value."""
+        if isinstance(value, bool):
+            return self.tr("On") if value else self.tr("Off")
+        if value == 0 and about.zero:
+            return _translated(about.zero)
+        words = self._choices(name, about).get(str(value)) or text_of(value)
+        return f"{words} {about.unit}" if about.unit else words or self.tr("nothing")
+
+    def _show_choice(self, box: QComboBox, value: object) -> None:
+        """Show a value of a list; one that is not there is kept and named so."""
+        if box.findData(value) < 0:
+            devices = box.objectName() in (f"setting_{name}" for name in DEVICES)
+            words = self.tr("{0} (not found)") if devices and self._listed else "{0}"
+            box.addItem(words.format(value), value)
+        box.setCurrentIndex(box.findData(value))
+
+    def _list_devices(self) -> None:
+        """Look on the pool which devices there are; without a sound system only those chosen are listed."""
+        from studio.capture.microphone import input_devices, output_names
+
+        tasks.run(
+            lambda: (tuple(one.name for one in input_devices()), output_names()),
+            self.show_devices,
+            lambda _: self.show_devices(((), ())),
+            owner=self,
+        )
+
+    def show_devices(self, names: tuple[tuple[str, ...], tuple[str, ...]]) -> None:
+        """List the microphones and the outputs there are."""
+        self._listed = True
+        for name, found in zip(DEVICES, names, strict=True):
+            box = self._lines.findChild(QComboBox, f"setting_{name}")
+            assert box is not None
+            with QSignalBlocker(box):
+                box.clear()
+                for value, words in self._choices(name, Settings.info()[name]).items():
+                    box.addItem(words, value)
+                for device in listed(found, getattr(self._session.settings, name)):
+                    box.addItem(title_of(device, box.itemText(0)), device)
+        self._show_values()
 
     def _change(self, name: str, value: object) -> None:
         if value == getattr(self._session.settings, name):
@@ -171,15 +230,6 @@ class SettingsDialog(QDialog):
         self._lines.setEnabled(not rolling)
         self._why.setText(self.tr("You can change settings after the recording.") if rolling else "")
         self._why.setVisible(rolling)
-
-
-def _choices(name: str, about: SettingInfo) -> Mapping[str, str]:
-    """The values to choose from: those of the table, and recipes, which are files."""
-    if name == "recipe":
-        from studio.training.recipe import recipes
-
-        return {one.name: native(one.title) for one in recipes()}
-    return about.choices
 
 
 def _translated(text: str) -> str:

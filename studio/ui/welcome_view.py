@@ -148,6 +148,7 @@ class WelcomePage(QWidget):
         self._check_again.setEnabled(True)
         self.details.setEnabled(True)
         wrong = [check for check in checks if not check.ok]
+        self.hello.show_microphone(all(check.name != "sound in" for check in wrong))
         if wrong:
             self._show_check("mdi6.alert", "warn", self.tr("A few things need attention on this computer."))
         else:
@@ -277,7 +278,8 @@ class WelcomePage(QWidget):
         shown = [check for check in self._found if self.details.isChecked() or not check.ok]
         for index, check in enumerate(shown):
             symbol, token = ("mdi6.check-circle", "good") if check.ok else ("mdi6.alert", "warn")
-            words = label("\n".join(native(text) for text in (check.what, check.remedy) if text))
+            said = check.what, check.in_window or check.remedy
+            words = label("\n".join(native(text) for text in said if text))
             theme.as_role(words, "muted" if check.ok else "")
             words.setWordWrap(True)
             self._checks.addWidget(Picture(symbol, 16, token), index, 0, Qt.AlignmentFlag.AlignTop)

@@ -144,3 +144,42 @@ def test_zero_says_what_it_means(dialog: SettingsDialog, session: Session) -> No
         reset = dialog.findChild(QToolButton, f"reset_{name}")
         assert isinstance(reset, QToolButton)
         assert reset.toolTip() == f"Back to the default: {words}"
+
+
+def test_a_default_is_named_as_a_person_would(dialog: SettingsDialog) -> None:
+    named = {}
+    for name in Settings.shown():
+        reset = dialog.findChild(QToolButton, f"reset_{name}")
+        assert isinstance(reset, QToolButton)
+        named[name] = reset.toolTip().removeprefix("Back to the default: ")
+    assert (named["remote"], named["notify"], named["theme"]) == ("Off", "On", "Dark")
+    assert (named["recipe"], named["vmc_host"]) == ("Balanced", "This computer")
+    assert (named["audio_device"], named["audio_output"]) == ("Default microphone", "Default output")
+
+
+def test_devices_are_chosen_from_a_list_and_one_that_is_absent_stays(
+    dialog: SettingsDialog, session: Session
+) -> None:
+    session.change_settings(audio_device="Studio mic", audio_output="Headphones")
+    dialog.show_devices((("USB mic", "default"), ("Headphones", "Screen")))
+    microphone = dialog.findChild(QComboBox, "setting_audio_device")
+    speaker = dialog.findChild(QComboBox, "setting_audio_output")
+    assert isinstance(microphone, QComboBox)
+    assert isinstance(speaker, QComboBox)
+    listed = [microphone.itemText(i) for i in range(microphone.count())]
+    assert listed == ["Default microphone", "No microphone", "USB mic", "Studio mic (not found)"]
+    assert microphone.currentText() == "Studio mic (not found)"
+    assert speaker.currentText() == "Headphones"
+    microphone.setCurrentIndex(2)
+    microphone.activated.emit(2)
+    speaker.setCurrentIndex(0)
+    speaker.activated.emit(0)
+    assert (settings.load().audio_device, settings.load().audio_output) == ("USB mic", "")
+
+
+def test_an_address_of_ones_own_is_kept_in_the_list(dialog: SettingsDialog, session: Session) -> None:
+    session.change_settings(vmc_host="192.168.1.20")
+    box = dialog.findChild(QComboBox, "setting_vmc_host")
+    assert isinstance(box, QComboBox)
+    assert box.currentText() == "192.168.1.20"
+    assert session.settings.vmc_host == "192.168.1.20"

@@ -111,3 +111,16 @@ def test_the_computer_is_one_line_unless_something_is_wrong(window: MainWindow, 
 
 def shown(page) -> list[str]:
     return [one.text() for one in page.findChildren(QLabel) if one.isVisible()]
+
+
+def test_without_a_microphone_a_sentence_is_offered_first(window: MainWindow) -> None:
+    page = window.welcome
+    deaf = SystemCheckEvent("sound in", False, "There is no microphone.", "Connect a microphone.")
+    taken = SystemCheckEvent(
+        "motion", False, "Port 1 is used.", "Choose another (or with --port).", "Choose another."
+    )
+    page.show_checks((deaf, taken))
+    assert (page.hello.speak.property("role"), page.hello.say.property("role")) == ("", "primary")
+    assert "Port 1 is used.\nChoose another." in shown(page)
+    page.show_checks((SystemCheckEvent("sound in", True, "1 microphone: USB."),))
+    assert (page.hello.speak.property("role"), page.hello.say.property("role")) == ("primary", "")

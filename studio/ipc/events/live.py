@@ -277,6 +277,7 @@ class SystemCheckEvent(ChildEvent, frozen=True):
     ok: bool = False
     what: str = ""
     remedy: str = ""
+    in_window: str = ""
 
 
 class DoctorDone(DoneEvent, frozen=True):

@@ -32,7 +32,8 @@ class LatencyPresenter(QObject):
         model.ready_changed.connect(self._on_ready)
         model.look_ahead_changed.connect(self._show_look_aheads)
         model.state_changed.connect(self._on_state)
-        model.ended.connect(card.show_none)
+        model.ended.connect(self._show_none)
+        model.source_changed.connect(self._on_source)
 
     def _on_ready(self) -> None:
         if self._model.ready is not None:
@@ -42,10 +43,16 @@ class LatencyPresenter(QObject):
         if state.latency_ms > 0:
             settled = state.settled
             self._card.show_latency(state.latency_ms, state.seen, state.sound_delay_ms, settled)
-        elif self._model.file is not None:
-            self._card.show_none(self.tr("A file is read ahead, so voice and lips are in sync."))
         else:
-            self._card.show_none()
+            self._show_none()
+
+    def _show_none(self) -> None:
+        file = self.tr("A file is read ahead, so voice and lips are in sync.")
+        self._card.show_none(file if self._model.file is not None else "")
+
+    def _on_source(self) -> None:
+        if not self._model.task.running:
+            self._show_none()
 
     def _show_chosen(self) -> None:
         if not self._model.task.running:

@@ -92,13 +92,19 @@ class LatencyCard(Card):
         self.show_none()
         self.show_look_aheads((), 0)
 
+    @property
+    def _reads_ahead(self) -> bool:
+        """Whether nothing is waited for: a file is performed."""
+        return self.figure.isHidden()
+
     def show_none(self, why: str = "") -> None:
         """There is no latency; why, or that nothing is live."""
         self._show_delay(0)
         self.figure.setText("-")
+        self.figure.setVisible(not why)
         self._expected = not why
         self.words.setText(why)
-        self._show_expected()
+        self._show_quality()
 
     def show_latency(self, latency_ms: float, seen: str, delay_ms: int, settled: bool = True) -> None:
         """Show the latency measured, what viewers make of it, and the delay that makes up for it.
@@ -107,6 +113,7 @@ class LatencyCard(Card):
         """
         self._show_delay(delay_ms, settled)
         self._expected = False
+        self.figure.show()
         self.figure.setText(self.tr("{0} ms").format(f"{latency_ms:.0f}"))
         if self.voice.value != NOBODY:
             self.words.setText(self.tr("Voice and lips leave together, this long after you speak."))
@@ -196,7 +203,7 @@ class LatencyCard(Card):
                 )
             )
             return
-        if one is None:
+        if one is None or self._reads_ahead:
             self.quality.setText("")
             self.quality.setToolTip("")
             return
@@ -259,7 +266,9 @@ class VoiceRow(QWidget):
         """Whether a file is performed, which is heard in time already."""
         self.outputs.setEnabled(not file)
         self.outputs.setToolTip(
-            self.tr("A file already plays in sync with the avatar.")
+            self.tr(
+                "A file already plays in sync with the avatar. Choose a microphone above to delay your voice."
+            )
             if file
             else self.tr(
                 "Plays your voice here, as late as your avatar moves. Choose a virtual cable and take it as"

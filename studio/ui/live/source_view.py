@@ -23,7 +23,7 @@ from studio.training.styles import RunChoice, RunSelection
 from studio.ui import theme
 from studio.ui.language import native
 from studio.ui.shortcuts import name_of, tip_of
-from studio.ui.widgets.card import Card, label
+from studio.ui.widgets.card import Card, CutComboBox, label
 from studio.ui.widgets.meters import LevelMeterBar
 from studio.ui.widgets.run_chooser import RunChooser
 
@@ -185,7 +185,7 @@ class LiveSourceCard(Card):
         self.start.setEnabled(ready)
 
     def _choices(self) -> QGridLayout:
-        self.source, self.tuning = QComboBox(), QComboBox()
+        self.source, self.tuning = CutComboBox(), CutComboBox()
         self.source.setObjectName("live_source")
         self.source.setAccessibleName(self.tr("Microphone or file"))
         self.source.activated.connect(self._on_source)

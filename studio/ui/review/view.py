@@ -26,7 +26,7 @@ from studio.ui.review.sources_view import ReviewListCard
 from studio.ui.review.stage_view import CameraButton, PairMeters, Stage
 from studio.ui.review.tune_view import TunePanel
 from studio.ui.shortcuts import name_of, pressed, sequence, tip_of
-from studio.ui.widgets.card import Card, CutLabel, EmptyState, columns, label, rows
+from studio.ui.widgets.card import Card, CutComboBox, CutLabel, EmptyState, columns, label, rows
 from studio.ui.widgets.send_panel import SendPanel
 from studio.ui.widgets.timeline.time_view import clock
 from studio.ui.widgets.timeline.timeline import Timeline
@@ -207,14 +207,15 @@ class ReviewView(QWidget):
         self._time = label(f"{clock(0.0)} / {clock(0.0)}", "", "transport_time")
         self._time.setFont(theme.figures_font())
         self._notice = CutLabel("warn", "sound_notice")
+        self._notice.short = self.tr("No sound")
         self._notice.hide()
         self._metrics = CutLabel("muted", "review_metrics")
         self._metrics.setFont(theme.figures_font(theme.CAPTION_PX))
-        self.curve = QComboBox()
+        self.curve = CutComboBox()
         self.curve.setObjectName("curve")
         self.curve.setAccessibleName(self.tr("Curve on the timeline"))
         self.curve.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToContents)
-        self.curve.setMinimumWidth(84)
+        self.curve.setMinimumWidth(72)
         self.curve.setToolTip(self.tr("Which curve the timeline shows"))
         self.curve.currentTextChanged.connect(self.curve_chosen)
         self.curve.hide()

@@ -45,7 +45,7 @@ class AvatarButton(QWidget):
         self.button = QToolButton()
         self.button.setObjectName(f"{prefix}avatar_button")
         self.button.setText(self.tr("Avatar"))
-        self.button.setToolTip(self.tr("Show your own avatar (.vrm) instead of the plain figure"))
+        self.button.setToolTip(self.tr("Choose who is seen: your avatar (.vrm), Saia or the stick figure"))
         self.button.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self.button.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextBesideIcon)
         theme.set_icon(self.button, "mdi6.account-box-outline", "muted")

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QSize, Qt, Signal
-from PySide6.QtGui import QPainter, QPaintEvent
+from PySide6.QtGui import QHelpEvent, QPainter, QPaintEvent
 from PySide6.QtWidgets import (
+    QComboBox,
     QFrame,
     QHBoxLayout,
     QLabel,
     QPushButton,
     QSizePolicy,
     QSplitter,
+    QStyle,
+    QStyleOptionComboBox,
+    QStylePainter,
+    QToolTip,
     QVBoxLayout,
     QWidget,
 )
@@ -70,13 +75,16 @@ class CutLabel(QLabel):
     ) -> None:
         super().__init__()
         self._cut = cut
+        self.short = ""
+        """What stands there where the words have no room; "" for their beginning."""
         self.setTextFormat(Qt.TextFormat.PlainText)
         if role:
             theme.as_role(self, role)
         self.setObjectName(name)
 
     def minimumSizeHint(self) -> QSize:
-        return QSize(24 if self.text() else 0, super().minimumSizeHint().height())
+        least = max(self.fontMetrics().horizontalAdvance(self.short), 24)
+        return QSize(least if self.text() else 0, super().minimumSizeHint().height())
 
     def paintEvent(self, event: QPaintEvent) -> None:
         words, room = self.text(), self.contentsRect()
@@ -85,8 +93,39 @@ class CutLabel(QLabel):
             return
         painter = QPainter(self)
         painter.setPen(self.palette().color(self.foregroundRole()))
-        short = self.fontMetrics().elidedText(words, self._cut, room.width())
+        short = self.fontMetrics().elidedText(self.short or words, self._cut, room.width())
         painter.drawText(room, int(self.alignment()), short)
+
+
+class CutComboBox(QComboBox):
+    """A list whose choice is cut with an ellipsis where there is no room; its tip has it whole then."""
+
+    @property
+    def cut(self) -> bool:
+        """Whether the choice has no room."""
+        return self._shown() != self.currentText()
+
+    def paintEvent(self, _event: QPaintEvent) -> None:
+        option = QStyleOptionComboBox()
+        self.initStyleOption(option)
+        option.currentText = self._shown()
+        painter = QStylePainter(self)
+        painter.drawComplexControl(QStyle.ComplexControl.CC_ComboBox, option)
+        painter.drawControl(QStyle.ControlElement.CE_ComboBoxLabel, option)
+
+    def event(self, event: QEvent) -> bool:
+        if event.type() == QEvent.Type.ToolTip and isinstance(event, QHelpEvent) and self.cut:
+            lines = (self.currentText(), self.toolTip())
+            QToolTip.showText(event.globalPos(), "\n".join(line for line in lines if line), self)
+            return True
+        return super().event(event)
+
+    def _shown(self) -> str:
+        option = QStyleOptionComboBox()
+        self.initStyleOption(option)
+        field = QStyle.SubControl.SC_ComboBoxEditField
+        room = self.style().subControlRect(QStyle.ComplexControl.CC_ComboBox, option, field, self).width()
+        return self.fontMetrics().elidedText(self.currentText(), Qt.TextElideMode.ElideRight, room - 2)
 
 
 class Picture(QLabel):

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QComboBox, QHBoxLayout, QMenu, QToolButton, QWidge
 from studio.training.styles import RunChoice, RunSelection
 from studio.ui import theme
 from studio.ui.language import native
-from studio.ui.widgets.card import label
+from studio.ui.widgets.card import CutComboBox, label
 
 
 class RunChooser(QWidget):
@@ -27,7 +27,7 @@ class RunChooser(QWidget):
         super().__init__()
         self._none = none
         self._choices: tuple[RunChoice, ...] = ()
-        self.run, self.styles = QComboBox(), QComboBox()
+        self.run, self.styles = CutComboBox(), CutComboBox()
         self.run.setObjectName(f"review_run{name}")
         self.run.setAccessibleName(self.tr("Run"))
         self.run.setMinimumWidth(130)

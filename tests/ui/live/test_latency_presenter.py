@@ -17,8 +17,8 @@ from studio.ipc.events import VoiceEvent
 from studio.project import Project
 from studio.settings import Settings
 from studio.ui import tasks
-from studio.ui.live.latency_presenter import DelayedVoicePresenter
-from studio.ui.live.latency_view import NOBODY, SYSTEM, VoiceRow
+from studio.ui.live.latency_presenter import DelayedVoicePresenter, LatencyPresenter
+from studio.ui.live.latency_view import NOBODY, SYSTEM, LatencyCard, LookAheadOption, VoiceRow
 from studio.ui.live.model import LiveModel
 from studio.ui.session import Session
 from tests.inference.live.runs import add_run
@@ -142,3 +142,20 @@ def test_the_voice_is_heard_while_live(
     view.source.start.click()
     qtbot.waitUntil(lambda: not live.model.task.running, timeout=60_000)
     tasks.wait()
+
+
+def test_with_a_file_one_sentence_says_that_nothing_is_waited_for(qtbot: QtBot, child: FakeChild) -> None:
+    card, session = LatencyCard(), Session(Settings())
+    qtbot.addWidget(card)
+    model = LiveModel(session, card, child)  # type: ignore[arg-type]
+    made = LatencyPresenter(card, model)
+    card.show_look_aheads([LookAheadOption(90, 92.0)], 90)
+    assert card.quality.text() == "Waits for 92 ms of your voice."
+    model.use_file(Path("voice.wav"))
+    assert card.words.text() == "A file is read ahead, so voice and lips are in sync."
+    assert card.quality.text() == ""
+    assert card.figure.isHidden()
+    model.use_file(None)
+    assert card.quality.text() == "Waits for 92 ms of your voice."
+    assert not card.figure.isHidden()
+    del made

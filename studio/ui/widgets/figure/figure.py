@@ -16,7 +16,6 @@ from PySide6.QtGui import (
     QPainter,
     QPaintEvent,
     QPen,
-    QPixmap,
     QResizeEvent,
     QWheelEvent,
 )
@@ -239,6 +238,12 @@ class StickFigure(QWidget):
         """Whether pictures come from OpenGL."""
         return self._scene is not None
 
+    @property
+    def getting_ready(self) -> bool:
+        """Whether an avatar is worn that OpenGL has yet to draw: nobody else stands in for it."""
+        worn = self._avatar is not None and bool(self._avatar.surfaces)
+        return worn and self._picture is None and not (self._scene_failed or self._disposed)
+
     def warm_up(self) -> None:
         """Load pyvista on another thread and make the first picture; blocks the GUI once for that picture.
 
@@ -329,14 +334,21 @@ class StickFigure(QWidget):
         rect = QRectF(self.rect())
         if self._stance is None:
             sketch.draw_ground(painter, rect)
-            self._paint_empty(painter, rect)
+            sketch.draw_nobody(painter, rect, self._empty_icon, self._symbol_side(), self.empty_text)
         else:
             if self.background.is_clear and self.checkered:
                 draw_checkers(painter, rect, theme.colour("surface"), theme.colour("raised"))
             if self._picture is not None:
                 self._picture.paint(painter, rect)
             else:
-                self._paint_sketch(painter, rect)
+                self._paint_behind(painter, rect)
+                if self.getting_ready and self.keeps_avatar:
+                    pass  # viewers read nothing of ours
+                elif self.getting_ready:
+                    words = self.tr("Getting ready…")
+                    sketch.draw_nobody(painter, rect, self._empty_icon, self._symbol_side(), words)
+                else:
+                    self._paint_sketch(painter, rect)
         if self.caption:
             painter.setFont(theme.ui_font(semibold=True))
             painter.setPen(theme.colour("muted"))
@@ -357,28 +369,18 @@ class StickFigure(QWidget):
             painter.drawRect(rect.adjusted(inset, inset, -inset, -inset))
         painter.end()
 
-    def _paint_sketch(self, painter: QPainter, rect: QRectF) -> None:
+    def _paint_behind(self, painter: QPainter, rect: QRectF) -> None:
         if self.background.is_room:
             sketch.draw_ground(painter, rect)
         elif not self.background.is_clear:
             size = (self.width(), self.height())
             painter.drawImage(rect, background_image(self.background, size, theme.colours()))
+
+    def _paint_sketch(self, painter: QPainter, rect: QRectF) -> None:
         for stance, token in ((self._ghost, "ghost"), (self._stance, self._token)):
             if stance is not None:
                 worn = stance.retargeted_to(self._avatar) if self._avatar is not None else stance
                 sketch.draw_figure(painter, rect, self.orbit, worn.skeleton, worn.joints, token)
-
-    def _paint_empty(self, painter: QPainter, rect: QRectF) -> None:
-        side = self._symbol_side()
-        symbol: QPixmap = theme.icon(self._empty_icon, "line").pixmap(side, side)
-        middle = rect.center()
-        painter.drawPixmap(QPointF(middle.x() - side / 2, middle.y() - side * 0.85), symbol)
-        painter.setFont(theme.ui_font())
-        painter.setPen(theme.colour("muted"))
-        box = QRectF(middle.x() - 190, middle.y() + side * 0.15 + 16, 380, 64)
-        box = box.intersected(rect.adjusted(12, 0, -12, 0))
-        flags = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop | Qt.TextFlag.TextWordWrap
-        painter.drawText(box, int(flags), self.empty_text)
 
     def _symbol_side(self) -> int:
         return int(min(max(min(self.width(), self.height()) * 0.3, 56), 120))

@@ -12,8 +12,9 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from studio.motion.skeleton import Skeleton
 from studio.render import body
-from studio.render.camera import Orbit, project, to_picture
+from studio.render.camera import NOWHERE, Orbit, project, to_picture
 from studio.render.face import FacePart, FaceShape, face_parts, face_shape
+from studio.render.scene import STICK_HEAD
 from studio.ui import theme
 
 
@@ -23,6 +24,18 @@ def draw_ground(painter: QPainter, rect: QRectF) -> None:
     gradient.setColorAt(0.0, theme.colour("sky"))
     gradient.setColorAt(1.0, theme.colour("floor"))
     painter.fillRect(rect, gradient)
+
+
+def draw_nobody(painter: QPainter, rect: QRectF, icon: str, side: int, words: str) -> None:
+    """A symbol of so many pixels and a sentence, where no figure is."""
+    middle = rect.center()
+    symbol = theme.icon(icon, "line").pixmap(side, side)
+    painter.drawPixmap(QPointF(middle.x() - side / 2, middle.y() - side * 0.85), symbol)
+    painter.setFont(theme.ui_font())
+    painter.setPen(theme.colour("muted"))
+    box = QRectF(middle.x() - 190, middle.y() + side * 0.15 + 16, 380, 64)
+    flags = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop | Qt.TextFlag.TextWordWrap
+    painter.drawText(box.intersected(rect.adjusted(12, 0, -12, 0)), int(flags), words)
 
 
 def draw_figure(
@@ -46,7 +59,13 @@ def draw_figure(
     plan = body.Plan.of(skeleton)
     joints = to_picture(world)
     scale = plan.scale(joints)
-    seen = project(joints, orbit, int(rect.width()), int(rect.height()), scale)
+    picture, tall, away = (int(rect.width()), int(rect.height())), scale, NOWHERE
+    if plan.head >= 0:  # long legs are seen whole, and a close camera looks at this body's face
+        rest, _ = skeleton.forward(skeleton.rest_positions, skeleton.rest_rotations)
+        head = to_picture(rest[plan.head])
+        tall = max(scale, float(head[1] / STICK_HEAD[1]))
+        away = head - STICK_HEAD * tall
+    seen = project(joints, orbit, *picture, tall, away=away)
     per_metre = rect.height() / (2 * np.tan(np.radians(14.0)))
     painter.setRenderHint(QPainter.RenderHint.Antialiasing)
     for start, end, radii in zip(plan.starts, plan.ends, plan.radii, strict=True):
@@ -57,7 +76,7 @@ def draw_figure(
         painter.drawLine(QPointF(*seen[start, :2]), QPointF(*seen[end, :2]))
     if plan.head >= 0:
         centre, radius = body.head_ball(plan, joints, scale)
-        x, y, depth = project(centre[None], orbit, int(rect.width()), int(rect.height()), scale)[0]
+        x, y, depth = project(centre[None], orbit, *picture, tall, away=away)[0]
         size = radius * per_metre / depth
         painter.setPen(QPen(theme.colour(token), 1.5))  # a bright head on a bright ground needs an edge
         painter.setBrush(theme.colour("joint" if token == "figure" else token))

@@ -6,13 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PySide6.QtCore import QPoint, Qt
-from PySide6.QtGui import QColor, QImage
+from PySide6.QtCore import QPoint, QRectF, Qt
+from PySide6.QtGui import QColor, QImage, QPainter
 from PySide6.QtWidgets import QToolButton
 from pytestqt.qtbot import QtBot
 
 from studio import formats
 from studio.motion.skeleton import Skeleton
+from studio.project.avatars import OWN
 from studio.render import body
 from studio.render.background import CLEAR, ROOM, Background
 from studio.render.camera import FRAMINGS, Orbit, project, to_picture
@@ -21,6 +22,7 @@ from studio.ui import theme
 from studio.ui.widgets.figure.figure import FAR_TOO_SLOW, REST_COST, TOO_SLOW, StickFigure
 from studio.ui.widgets.figure.pane import Pane
 from studio.ui.widgets.figure.picture import EASY, FINE_EASY, FINE_SLOW, SHARES, SLOW, USUAL, Detail
+from studio.ui.widgets.figure.sketch import draw_figure
 from tests.formats.avatars import Maker
 
 
@@ -229,12 +231,47 @@ def test_in_front_of_viewers_an_avatar_that_draws_too_slowly_stays(
     assert told == [1], "once is enough"
 
 
-def test_without_opengl_the_lines_have_the_avatars_proportions(figure, qtbot, tmp_path) -> None:
+def test_without_opengl_the_lines_have_the_avatars_proportions(figure, qtbot, tmp_path, monkeypatch) -> None:
+    def no_opengl(*_: object) -> None:
+        raise RuntimeError("no OpenGL")
+
+    monkeypatch.setattr("studio.ui.widgets.figure.figure.RenderScene", no_opengl)
+    figure.warm_up()
     figure.set_avatar(formats.read_avatar(Maker(0, head=3.0).write(tmp_path / "a.vrm")))
     skeleton, world = t_pose()
     figure.show_stance(WorldPose(skeleton, world, skeleton.rest_rotations))
-    qtbot.waitUntil(lambda: not figure.drawing_soon)
+    qtbot.waitUntil(lambda: not (figure.drawing_soon or figure.getting_ready))
     assert body_pixels(figure.grab().toImage())[60:].any()
+
+
+def test_nobody_stands_in_for_an_avatar_that_is_not_drawn_yet(figure: StickFigure, qtbot: QtBot) -> None:
+    avatar = formats.read_avatar(OWN)
+    figure.set_avatar(avatar)
+    figure.clear("Getting ready…", "mdi6.human")
+    nobody = figure.grab().toImage()
+    # The view buttons come with somebody to see.
+    figure.view_buttons_shown = False
+    figure.show_stance(WorldPose.rest_pose(avatar.skeleton))
+    qtbot.waitUntil(lambda: not figure.drawing_soon)
+    assert figure.getting_ready
+    assert figure.grab().toImage() == nobody
+    figure.warm_up()
+    qtbot.waitUntil(lambda: not figure.getting_ready, timeout=30_000)
+    assert figure.grab().toImage() != nobody
+
+
+@pytest.mark.parametrize("framing", FRAMINGS)
+def test_the_lines_are_framed_by_the_head_of_their_own_body(framing: str, qapp) -> None:
+    theme.apply(qapp)
+    avatar = formats.read_avatar(OWN)
+    rest = WorldPose.rest_pose(avatar.skeleton)
+    image = QImage(480, 400, QImage.Format.Format_RGB32)
+    image.fill(QColor("black"))
+    painter = QPainter(image)
+    orbit = Orbit.preset("front").framed(framing)
+    draw_figure(painter, QRectF(image.rect()), orbit, rest.skeleton, rest.joints)
+    painter.end()
+    assert not body_pixels(image)[:4].any(), "nobody's head is cut off"
 
 
 def test_what_stays_as_it_is_is_not_drawn_again(warm: StickFigure, qtbot) -> None:
