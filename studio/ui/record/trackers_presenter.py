@@ -180,7 +180,7 @@ class TrackersPresenter(QObject):
         else:
             choice = {"vmc_port": port}
         if self._shown.asked:
-            choice["phone"] = self._model.phone_status[0]
+            choice["phone"] = self._model.phone_status[0] or settings.phone
         if not trackers.is_here(heard):
             choice["vmc_host"] = trackers.EVERYWHERE
         self._session.change_settings(**choice)
