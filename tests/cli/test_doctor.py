@@ -24,7 +24,7 @@ def test_the_report_keeps_its_promise(capsys: pytest.CaptureFixture[str]) -> Non
     assert lines[-1]["event"] == "done"
     checks = lines[-1]["checks"]
     assert [check["name"] for check in checks] == NAMES
-    assert all(set(check) == {"name", "ok", "what", "remedy"} for check in checks)
+    assert all(set(check) == {"name", "ok", "what", "remedy", "in_window"} for check in checks)
     assert all(bool(check["remedy"]) is not check["ok"] for check in checks), "a remedy where, and only where"
     found = {check["name"]: check for check in checks}
     assert found["PyTorch"]["ok"]

@@ -114,6 +114,7 @@ class CutComboBox(QComboBox):
         painter.drawControl(QStyle.ControlElement.CE_ComboBoxLabel, option)
 
     def event(self, event: QEvent) -> bool:
+        """Tell what is cut in the tip."""
         if event.type() == QEvent.Type.ToolTip and isinstance(event, QHelpEvent) and self.cut:
             lines = (self.currentText(), self.toolTip())
             QToolTip.showText(event.globalPos(), "\n".join(line for line in lines if line), self)
