@@ -32,7 +32,7 @@ def sentences(*texts: str) -> str:
 
 
 def native(text: str) -> str:
-    """A text of the core as it is shown: in English where nobody has native it.
+    """A text of the core as it is shown: in English where nobody has translated it.
 
     Args:
         text: a Text, or one that is its own template.

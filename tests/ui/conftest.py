@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import soundfile
 from PySide6.QtCore import QCoreApplication, QEvent, QThreadPool
+from PySide6.QtWidgets import QWidget
 from pytestqt.qtbot import QtBot
 
 from studio.dataset import edits
@@ -17,6 +18,7 @@ from studio.motion import Motion, rotation
 from studio.project import Project
 from studio.settings import Settings
 from studio.take import TakeInfo
+from studio.ui import theme
 from studio.ui.session import Session
 
 PATIENCE_MS = 60_000
@@ -54,6 +56,17 @@ def qtbot(qapp: Any, request: pytest.FixtureRequest) -> PatientBot:
 
 RATE, FPS = 16_000, 30.0
 SHAPES, BONES = ("A", "Blink", "Joy"), ("Hips", "Spine", "Head", "RightUpperArm", "RightLowerArm")
+
+
+@pytest.fixture
+def window(qtbot: PatientBot, qapp: Any) -> QWidget:
+    """An empty window in the studio's dress, for what lies over any window."""
+    theme.apply(qapp)
+    made = QWidget()
+    qtbot.addWidget(made)
+    made.resize(900, 600)
+    made.show()
+    return made
 
 
 @pytest.fixture

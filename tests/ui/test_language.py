@@ -58,16 +58,6 @@ def speak(qapp: QApplication) -> Iterator[type[Brackets]]:
         qapp.removeTranslator(translator)
 
 
-@pytest.fixture
-def window(qtbot, qapp) -> QWidget:
-    theme.apply(qapp)
-    made = QWidget()
-    qtbot.addWidget(made)
-    made.resize(900, 600)
-    made.show()
-    return made
-
-
 def test_without_a_translation_the_window_speaks_english(qapp) -> None:
     one = say("{n} takes were lost in {name}.", "{n} take was lost in {name}.", n=1, name="a")
     assert (native(one), native("The disk is full."), native("")) == (one, "The disk is full.", "")

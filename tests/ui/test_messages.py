@@ -7,18 +7,8 @@ from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 
 from studio.errors import StudioError
-from studio.ui import messages, theme
+from studio.ui import messages
 from studio.ui.messages import Toast, counted
-
-
-@pytest.fixture
-def window(qtbot, qapp):
-    theme.apply(qapp)
-    made = QWidget()
-    qtbot.addWidget(made)
-    made.resize(900, 600)
-    made.show()
-    return made
 
 
 def toast_of(window: QWidget) -> Toast:
