@@ -66,7 +66,8 @@ class LevelMeter:
         """
         if not samples.size:
             return
-        safe = np.nan_to_num(samples, posinf=1.0, neginf=-1.0)
+        good = np.isfinite(samples).all()
+        safe = samples if good else np.nan_to_num(samples, posinf=1.0, neginf=-1.0)
         duration = len(safe) / self.sample_rate
         peak = dbfs(float(np.abs(safe).max()))
         self.peak_dbfs = max(peak, self.peak_dbfs - _FALL_DB_PER_S * duration, FLOOR_DBFS)

@@ -135,7 +135,7 @@ class Microphone:
             for blocks in _unbroken(current.drain()):
                 if blocks[0].overflow:
                     self._lose_some(blocks[0].captured)
-                samples = np.concatenate([block.samples.mean(axis=1) for block in blocks])
+                samples = np.concatenate([block.samples for block in blocks]).mean(axis=1)
                 found.append(
                     AudioBlock(
                         finite(samples),
