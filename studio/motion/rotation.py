@@ -189,7 +189,7 @@ def slerp(a: ArrayLike, b: ArrayLike, amount: ArrayLike) -> Array:
     amount = np.asarray(amount, dtype=np.float64)[..., None]
     dot = (a * b).sum(axis=-1, keepdims=True)
     b, dot = np.where(dot < 0, -b, b), np.abs(dot)
-    theta = np.arccos(np.clip(dot, 0.0, 1.0))
+    theta = np.arccos(np.minimum(dot, 1.0))
     # sin(theta) vanishes; the straight line is exact enough here.
     near = theta < 1e-4
     sine = np.where(near, 1.0, np.sin(theta))

@@ -113,6 +113,8 @@ class EarlyOpening:
 
     def feed(self, samples: Floats, now: float, delay: float) -> None:
         """Hear a block (N,) at a moment; poses are so many seconds late."""
+        if not self.on:
+            return
         began, refuted = self._detector.feed(samples)
         if began:
             self._from, self._began, self._until = self.share(now), now, now + delay + HOLD_S
