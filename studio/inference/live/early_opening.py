@@ -48,8 +48,8 @@ class OnsetDetector:
 
     @property
     def waits(self) -> bool:
-        """Whether it is so quiet that something may begin within a moment."""
-        return self._quiet_s >= _QUIET_S / 2
+        """Whether it is so quiet that something may begin within a moment, or something did and is unsure."""
+        return self._quiet_s >= _QUIET_S / 2 or self._unconfirmed_s is not None
 
     def feed(self, samples: Floats) -> tuple[bool, bool]:
         """Hear a block (N,): whether a sound began in it, and whether what began turned out to be none."""
