@@ -379,10 +379,11 @@ class Matched(Network):
     @property
     def gains(self) -> bool:  # type: ignore[override]
         """Whether the gain applies: the person's own motion is played as it was."""
-        return not self._plays
+        return not self.plays
 
     @property
-    def _plays(self) -> bool:
+    def plays(self) -> bool:
+        """Whether the body is played; else it is drawn."""
         return self.draws and not self.margin and self.captured.enough
 
     @property
@@ -441,7 +442,7 @@ class Matched(Network):
         """The face as expected, the body played; liveliness goes from the expected body to it and beyond."""
         inner, courses = (None, None) if state is None else state
         normal = self.normalised(rows)
-        if not self._plays:
+        if not self.plays:
             self.inner.gain = self.gain  # the one measured is this network's
             drawn, after = self.inner.draw(normal, inner, style, sampling)
             return drawn, None if self.margin else (after, None)

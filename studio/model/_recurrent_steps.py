@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from scipy.special import erf
 from torch import Tensor, nn
 
-from studio.model._network import Network
+from studio.model._matched import Matched
+from studio.model._network import Network, SamplingOptions
 from studio.model.recurrent import Ensemble, Recurrent
 
 Floats = NDArray[np.float32]
@@ -23,10 +24,16 @@ _GATE_ORDER = (0, 1, 3, 2)
 """PyTorch has input, forget, cell and output gate; the three that are sigmoids lie together here."""
 
 
-def steps_of(network: Network, style: int = 0) -> RecurrentSteps | None:
+def steps_of(network: Network, style: int = 0) -> RecurrentSteps | MatchedSteps | None:
     """A network's frames in numpy with the look-ahead it has now; None where it reads both ways or draws."""
-    if network.margin or network.draws:
-        return None
+    if isinstance(network, Matched) and network.plays:
+        expected = _expected_of(network.inner, style)
+        return None if expected is None else MatchedSteps(network, expected, style)
+    return None if network.margin or network.draws else _expected_of(network, style)
+
+
+def _expected_of(network: Network, style: int) -> RecurrentSteps | None:
+    """What a network expects, whether or not it draws around that."""
     if isinstance(network, Ensemble):
         return RecurrentSteps(network, [m for m in network.members if isinstance(m, Recurrent)], style)
     return RecurrentSteps(network, [network], style) if isinstance(network, Recurrent) else None
@@ -44,8 +51,7 @@ class RecurrentSteps:
     def __init__(self, whole: Network, members: Sequence[Recurrent], style: int) -> None:
         first = members[0]
         self._per_frame, self._further = whole.sizes.steps_per_frame, first._further
-        self._scales = [_scale([whole])] if whole is first else [_scale([whole]), _scale(members)]
-        self._min_std = first.min_std
+        self._scales = [_Scale([whole])] if whole is first else [_Scale([whole]), _Scale(members)]
         self._mean, self._gain = _array(whole.pose_mean), _array(whole.gain)
         self._convolution = _stacked([_convolution(one) for one in members])
         self._layers = [_stacked([_layer(one, i, style) for one in members]) for i in range(first.layers)]
@@ -54,14 +60,20 @@ class RecurrentSteps:
         blank = np.zeros((len(members), first.lstm.hidden_size), dtype=np.float32)
         self._lstm_state: list[LstmState] = [(blank, blank) for _ in self._layers]
 
-    def predict(self, rows: Floats, liveliness: float = 1.0, moods: Floats | None = None) -> Floats:
+    def predict(self, rows: Floats, sampling: SamplingOptions, moods: Floats | None = None) -> Floats:
         """The next scaled poses (n, C), with the gain.
 
         Args:
             rows: (n K + before + after, F), as for `Network.predict`.
-            liveliness: as in SamplingOptions.
+            sampling: as for `Network.predict`.
             moods: how strong each mood is in each frame, (n, moods); None for none.
         """
+        apart = self.expected(rows, moods) - self._mean
+        varied: Floats = self._mean + self._gain * np.float32(sampling.liveliness) * apart
+        return varied
+
+    def expected(self, rows: Floats, moods: Floats | None) -> Floats:
+        """The next scaled poses (n, C) without the gain; arguments are those of `predict`."""
         seen = self._seen(rows)
         into, out = self._told(moods, seen.shape[1])
         now = seen.shape[1] - self._further
@@ -70,16 +82,13 @@ class RecurrentSteps:
             on, _ = self._through(seen[:, now:], self._lstm_state, into[:, now:])
             later = np.concatenate([known, on], axis=1)[:, self._further :]
             known = np.concatenate([known, later], axis=2)
-        poses = self._head(known, out[:, : known.shape[1]]).mean(axis=0)
-        varied: Floats = self._mean + self._gain * np.float32(liveliness) * (poses - self._mean)
-        return varied
+        poses: Floats = self._head(known, out[:, : known.shape[1]]).mean(axis=0)
+        return poses
 
     def _seen(self, rows: Floats) -> Floats:
         """Rows through the convolution, (M, n + further, H)."""
-        for mean, deviation in self._scales:
-            rows = (rows - mean) / deviation
-            if self._min_std is not None:
-                rows = np.maximum(rows, np.float32(-self._min_std))
+        for scale in self._scales:
+            rows = scale.normalised(rows)
         weights, bias = self._convolution
         width = rows.shape[-1] * self._per_frame
         flat = np.ascontiguousarray(rows).reshape(len(rows), -1)
@@ -104,6 +113,33 @@ class RecurrentSteps:
             values, state = _remembering(asked if number else asked + told, again, state)
             left.append(state)
         return values, left
+
+
+class MatchedSteps:
+    """Consecutive frames of a network whose body is played from what was captured.
+
+    Args:
+        network: which plays.
+        expected: what it is built around.
+        style: index of the style.
+    """
+
+    def __init__(self, network: Matched, expected: RecurrentSteps, style: int) -> None:
+        self._expected, self._scale = expected, _Scale([network])
+        self._per_frame, self._faces = network.sizes.steps_per_frame, network.sizes.faces
+        self._heard_from = network.before + network.after
+        self._table = network.captured.table(style, network.after // self._per_frame)
+        self._course = self._table.start()
+
+    def predict(self, rows: Floats, sampling: SamplingOptions, moods: Floats | None = None) -> Floats:
+        """The next scaled poses (n, C); arguments are those of `RecurrentSteps.predict`."""
+        normal = self._scale.normalised(rows)[0]
+        poses, faces = self._expected.expected(normal, moods), self._faces
+        heard = normal[self._heard_from : self._heard_from + len(poses) * self._per_frame]
+        heard = heard.reshape(len(poses), self._per_frame, -1).mean(axis=1, dtype=np.float64)
+        body, self._course = self._table.play(heard, self._course, sampling)
+        poses[:, faces:] += np.float32(sampling.liveliness) * (body - poses[:, faces:])
+        return poses
 
 
 def _remembering(asked: Floats, again: Floats, state: LstmState) -> tuple[Floats, LstmState]:
@@ -134,10 +170,18 @@ def _gelu(x: Floats) -> Floats:
     return smooth
 
 
-def _scale(networks: Sequence[Network]) -> tuple[Floats, Floats]:
-    """The mean and the deviation of rows as each network has them, (M, 1, F)."""
-    means = np.stack([_array(one.row_mean)[None] for one in networks])
-    return means, np.stack([_array(one.row_deviation)[None] for one in networks])
+class _Scale:
+    """How networks of one kind normalise rows, each its own way."""
+
+    def __init__(self, networks: Sequence[Network]) -> None:
+        self._mean = np.stack([_array(one.row_mean)[None] for one in networks])
+        self._deviation = np.stack([_array(one.row_deviation)[None] for one in networks])
+        self._least = networks[0].min_std
+
+    def normalised(self, rows: Floats) -> Floats:
+        """Rows (R, F) or (M, R, F) with mean 0 and deviation 1, (M, R, F)."""
+        normal: Floats = (rows - self._mean) / self._deviation
+        return normal if self._least is None else np.maximum(normal, np.float32(-self._least))
 
 
 def _convolution(one: Recurrent) -> list[Floats]:

@@ -18,8 +18,8 @@ IDENTITY = np.array([0.0, 0.0, 0.0, 1.0])
 def normalised(q: ArrayLike) -> Array:
     """Unit quaternions (..., 4); zero or non-finite ones become the identity."""
     q = np.asarray(q, dtype=np.float64)
-    finite = np.isfinite(q).all(axis=-1, keepdims=True)
-    return _unit(np.where(finite, q, 0.0), IDENTITY)
+    finite = np.isfinite(q)
+    return _unit(q if finite.all() else np.where(finite.all(axis=-1, keepdims=True), q, 0.0), IDENTITY)
 
 
 def towards(a: Array, b: Array, share: float) -> Array:
@@ -86,20 +86,17 @@ def from_matrix(m: ArrayLike) -> Array:
     """
     m = np.asarray(m, dtype=np.float64)
     xx, yy, zz = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
-    yz, zx, xy = m[..., 2, 1] - m[..., 1, 2], m[..., 0, 2] - m[..., 2, 0], m[..., 1, 0] - m[..., 0, 1]
-    sxy, szx, syz = m[..., 1, 0] + m[..., 0, 1], m[..., 0, 2] + m[..., 2, 0], m[..., 2, 1] + m[..., 1, 2]
-    candidates = np.stack(
-        [
-            np.stack([1 + xx - yy - zz, sxy, szx, yz], axis=-1),
-            np.stack([sxy, 1 - xx + yy - zz, syz, zx], axis=-1),
-            np.stack([szx, syz, 1 - xx - yy + zz, xy], axis=-1),
-            np.stack([yz, zx, xy, 1 + xx + yy + zz], axis=-1),
-        ],
-        axis=-2,
-    )
-    best = np.argmax(np.einsum("...ii->...i", candidates), axis=-1)
-    q = np.take_along_axis(candidates, best[..., None, None], axis=-2)[..., 0, :]
-    q = normalised(q)
+    c = np.empty((*xx.shape, 4, 4))
+    c[..., 0, 0], c[..., 1, 1] = 1 + xx - yy - zz, 1 - xx + yy - zz
+    c[..., 2, 2], c[..., 3, 3] = 1 - xx - yy + zz, 1 + xx + yy + zz
+    c[..., 0, 1] = c[..., 1, 0] = m[..., 1, 0] + m[..., 0, 1]
+    c[..., 0, 2] = c[..., 2, 0] = m[..., 0, 2] + m[..., 2, 0]
+    c[..., 1, 2] = c[..., 2, 1] = m[..., 2, 1] + m[..., 1, 2]
+    c[..., 0, 3] = c[..., 3, 0] = m[..., 2, 1] - m[..., 1, 2]
+    c[..., 1, 3] = c[..., 3, 1] = m[..., 0, 2] - m[..., 2, 0]
+    c[..., 2, 3] = c[..., 3, 2] = m[..., 1, 0] - m[..., 0, 1]
+    best = np.argmax(np.einsum("...ii->...i", c), axis=-1)
+    q = normalised(c.reshape(-1, 4, 4)[np.arange(best.size), best.reshape(-1)].reshape(*best.shape, 4))
     return np.where(q[..., 3:] < 0, -q, q)
 
 
@@ -123,16 +120,21 @@ def from_6d(d: ArrayLike) -> Array:
     y = y - (x * y).sum(axis=-1, keepdims=True) * x
     across = across - (x * across).sum(axis=-1, keepdims=True) * x
     y = _unit(y, across)
-    return from_matrix(np.stack([x, y, np.cross(x, y)], axis=-1))
+    return from_matrix(np.stack([x, y, cross(x, y)], axis=-1))
 
 
 def _unit(v: Array, otherwise: Array) -> Array:
     """Finite vectors (..., n) at length 1; those of no length become `otherwise`."""
-    # By the largest part first, or the squares of huge numbers overflow.
     largest = np.abs(v).max(axis=-1, keepdims=True, initial=0.0)
-    v = v / np.maximum(largest, 1.0)
-    length = np.linalg.norm(v, axis=-1, keepdims=True)
+    if largest.max(initial=0.0) > 1.0:
+        # By the largest part first, or the squares of huge numbers overflow.
+        v = v / np.maximum(largest, 1.0)
+    length = np.sqrt((v * v).sum(axis=-1, keepdims=True))
     good = length > 1e-8
+    if (
+        good.all()
+    ):  # nearly always: a live pose is worked out from many small steps, each as dear as its calls
+        return v / length
     fallback = otherwise / np.linalg.norm(otherwise, axis=-1, keepdims=True)
     return np.where(good, v / np.where(good, length, 1.0), fallback)
 
@@ -187,7 +189,7 @@ def slerp(a: ArrayLike, b: ArrayLike, amount: ArrayLike) -> Array:
     amount = np.asarray(amount, dtype=np.float64)[..., None]
     dot = (a * b).sum(axis=-1, keepdims=True)
     b, dot = np.where(dot < 0, -b, b), np.abs(dot)
-    theta = np.arccos(np.clip(dot, 0.0, 1.0))
+    theta = np.arccos(np.minimum(dot, 1.0))
     # sin(theta) vanishes; the straight line is exact enough here.
     near = theta < 1e-4
     sine = np.where(near, 1.0, np.sin(theta))

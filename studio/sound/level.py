@@ -66,9 +66,11 @@ class LevelMeter:
         """
         if not samples.size:
             return
-        safe = np.nan_to_num(samples, posinf=1.0, neginf=-1.0)
+        good = np.isfinite(samples).all()
+        safe = samples if good else np.nan_to_num(samples, posinf=1.0, neginf=-1.0)
         duration = len(safe) / self.sample_rate
-        peak = dbfs(float(np.abs(safe).max()))
+        largest = float(np.abs(safe).max())
+        peak = dbfs(largest)
         self.peak_dbfs = max(peak, self.peak_dbfs - _FALL_DB_PER_S * duration, FLOOR_DBFS)
         self._held_for += duration
         if peak >= self.hold_dbfs or self._held_for > _HOLD_S:
@@ -77,4 +79,4 @@ class LevelMeter:
         square = float(np.mean(np.square(safe, dtype=np.float64)))
         self._mean_square = keep * self._mean_square + (1 - keep) * square
         self.rms_dbfs = dbfs(self._mean_square**0.5)
-        self.clipped = self.clipped or clips(safe)
+        self.clipped = self.clipped or (largest >= CLIP_LEVEL and clips(safe))

@@ -9,6 +9,8 @@ import struct
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +27,6 @@ MAX_BONES = 13
 """Bones a bundle, as VirtualMotionCapture sends them: some receivers count on small datagrams."""
 # Time tag 1 means "at once"; python-osc would sleep on one in the future.
 _BUNDLE = b"#bundle\x00" + struct.pack(">Q", 1)
-_SEVEN, _ONE = struct.Struct(">7f"), struct.Struct(">f")
 
 _ARKIT_FROM_VRM0: dict[str, tuple[str, ...]] = {
     "A": ("JawOpen",), "O": ("MouthFunnel",), "U": ("MouthPucker",),
@@ -78,22 +79,11 @@ def encode_frame(
     Returns:
         Datagrams of at most MAX_DATAGRAM bytes, to be sent in this order.
     """
-    state: list[bytes] = []
-    if options.ok:
-        state.append(_OK)
-    if options.root:
-        state.append(_root(pose, options.rotations_only))
-    bones = _bones(pose, tuple(bone_names), options.rotations_only)
-    shapes = [
-        _shape_head(name) + _ONE.pack(value) for name, value in _named_shapes(pose, shape_names, options)
-    ]
-    # Apply even without shapes: receivers end their frame at it.
-    ending = [*shapes, _APPLY] if shapes else [_APPLY]
-    if options.sender_time:
-        ending.append(_T_HEAD + _ONE.pack(t))
-    if not options.bundle:
-        return [*state, *bones, *ending]
-    return list(_bundles(state, bones, ending))
+    wire = _wire(tuple(shape_names), tuple(bone_names), options)
+    words = wire.words.copy()
+    words[wire.places] = np.concatenate([_rows(pose, wire, options), _shapes(pose, wire), [t]])[wire.chosen]
+    raw = words.tobytes()
+    return [raw[start:end] for start, end in pairwise(wire.cuts)]
 
 
 def encode_age(seconds: float) -> bytes:
@@ -125,7 +115,7 @@ def message(address: str, *arguments: str | int | float) -> bytes:
         elif isinstance(argument, int):
             tags, body = tags + "i", body + struct.pack(">i", argument)
         else:
-            tags, body = tags + "f", body + _ONE.pack(argument)
+            tags, body = tags + "f", body + struct.pack(">f", argument)
     return _text(address) + _text(tags) + body
 
 
@@ -140,52 +130,100 @@ _OK = message("/VMC/Ext/OK", 1, 3, 0, 1)
 _APPLY = message("/VMC/Ext/Blend/Apply")
 _T_HEAD = _text("/VMC/Ext/T") + _text(",f")
 _ROOT_HEAD = _text("/VMC/Ext/Root/Pos") + _text(",sfffffff") + _text("root")
+_BONE_HEAD = _text("/VMC/Ext/Bone/Pos") + _text(",sfffffff")
+_SHAPE_HEAD = _text("/VMC/Ext/Blend/Val") + _text(",sf")
 
 
-@lru_cache(maxsize=4096)
-def _bone_head(name: str) -> bytes:
-    return _text("/VMC/Ext/Bone/Pos") + _text(",sfffffff") + _text(name)
+class _Part(NamedTuple):
+    """A message: how it begins, how many floats it ends with, and whether it is a bone's."""
+
+    head: bytes
+    floats: int = 0
+    is_bone: bool = False
+
+    @property
+    def size(self) -> int:
+        return len(self.head) + 4 * self.floats
 
 
-@lru_cache(maxsize=4096)
-def _shape_head(name: str) -> bytes:
-    return _text("/VMC/Ext/Blend/Val") + _text(",sf") + _text(name)
+@dataclass(frozen=True, eq=False)
+class _Wire:
+    """Frames of some channels as bytes in which only the floats are missing.
+
+    Args:
+        words: all datagrams one behind the other, in words of four bytes (W,).
+        cuts: bytes at which datagrams begin, and the end of the last one.
+        places: the words that are floats.
+        chosen: which of a frame's numbers they are: seven of the root and of each bone, shapes, the time.
+        rest: where the bones rest (J, 3).
+        sources, targets: numbers of shapes, and of the messages they go into (P,).
+    """
+
+    words: NDArray[np.float32]
+    cuts: tuple[int, ...]
+    places: NDArray[np.intp]
+    chosen: NDArray[np.intp]
+    rest: NDArray[np.float64]
+    sources: NDArray[np.intp]
+    targets: NDArray[np.intp]
 
 
-def _root(pose: Pose, rotations_only: bool) -> bytes:
-    position = np.zeros(3) if rotations_only else np.nan_to_num(pose.root_position, posinf=0, neginf=0)
-    return _ROOT_HEAD + _SEVEN.pack(*position.tolist(), *rotation.normalised(pose.root_rotation).tolist())
-
-
+# Channels and options stay the same from frame to frame: names are put into bytes once.
 @lru_cache(maxsize=64)
-def _rest(bone_names: tuple[str, ...]) -> NDArray[np.float64]:
-    return Skeleton.humanoid(bone_names).rest_positions
+def _wire(shape_names: tuple[str, ...], bone_names: tuple[str, ...], options: SendOptions) -> _Wire:
+    sent: dict[str, int] = {}
+    pairs = [
+        (source, sent.setdefault(target, len(sent)))
+        for source, name in enumerate(shape_names)
+        for target in _targets(name, options.names)
+    ]
+    bones = [_Part(_BONE_HEAD + _text(name), 7, True) for name in bone_names]
+    shapes = [_Part(_SHAPE_HEAD + _text(name), 1) for name in sent]
+    # Apply even without shapes: receivers end their frame at it.
+    parts = [_Part(_OK), _Part(_ROOT_HEAD, 7), *bones, *shapes, _Part(_APPLY), _Part(_T_HEAD, 1)]
+    asked = [options.ok, options.root, *[True] * (len(parts) - 3), options.sender_time]
+    numbers = np.split(np.arange(sum(one.floats for one in parts)), np.cumsum([one.floats for one in parts]))
+    kept = [(part, mine) for part, mine, wanted in zip(parts, numbers, asked, strict=False) if wanted]
+    groups = _bundles([part for part, _ in kept]) if options.bundle else [[part] for part, _ in kept]
+    places: list[int] = []
+    raw, cuts = b"", [0]
+    for group in groups:
+        raw += _BUNDLE if options.bundle else b""
+        for part in group:
+            raw += (struct.pack(">i", part.size) if options.bundle else b"") + part.head
+            places += range(len(raw) // 4, len(raw) // 4 + part.floats)
+            raw += bytes(4 * part.floats)
+        cuts.append(len(raw))
+    return _Wire(
+        np.frombuffer(raw, dtype=">f4"),
+        tuple(cuts),
+        np.array(places, dtype=np.intp),
+        np.concatenate([mine for _, mine in kept]),
+        Skeleton.humanoid(bone_names).rest_positions,
+        *np.array(pairs, dtype=np.intp).reshape(-1, 2).T,
+    )
 
 
-def _bones(pose: Pose, bone_names: tuple[str, ...], rotations_only: bool) -> list[bytes]:
-    if not bone_names:
-        return []
-    rest = _rest(bone_names)
-    if rotations_only:
-        positions = rest
+def _rows(pose: Pose, wire: _Wire, options: SendOptions) -> NDArray[np.float64]:
+    """Position and rotation of the root and of each bone, one after another."""
+    rows = np.empty((1 + len(wire.rest), 7))
+    if options.rotations_only:
+        rows[0, :3], rows[1:, :3] = 0.0, wire.rest
     else:
+        rows[0, :3] = np.where(np.isfinite(pose.root_position), pose.root_position, 0.0)
         # EVMC4U applies positions as they come: a bone at zero collapses into its parent.
-        usable = np.asarray(np.isfinite(pose.positions).all(axis=1) & pose.positions.any(axis=1))
-        positions = np.where(usable[:, None], pose.positions, rest)
-    rows = np.concatenate([positions, rotation.normalised(pose.rotations)], axis=1).tolist()
-    return [_bone_head(name) + _SEVEN.pack(*row) for name, row in zip(bone_names, rows, strict=True)]
+        usable = np.isfinite(pose.positions).all(axis=1, keepdims=True)
+        usable &= pose.positions.any(axis=1, keepdims=True)
+        rows[1:, :3] = np.where(usable, pose.positions, wire.rest)
+    rows[:, 3:] = rotation.normalised(np.concatenate([pose.root_rotation[None], pose.rotations]))
+    return rows.reshape(-1)
 
 
-def _named_shapes(
-    pose: Pose, shape_names: Sequence[str], options: SendOptions
-) -> Iterable[tuple[str, float]]:
-    """Shapes under the names the target knows, 0..1; where two become one the larger wins."""
-    values = np.clip(np.nan_to_num(pose.shapes), 0.0, 1.0).tolist()
-    out: dict[str, float] = {}
-    for name, value in zip(shape_names, values, strict=True):
-        for target in _targets(name, options.names):
-            out[target] = max(value, out.get(target, 0.0))
-    return out.items()
+def _shapes(pose: Pose, wire: _Wire) -> NDArray[np.float64]:
+    """What is sent of shapes, 0..1; where two become one the larger wins."""
+    values = np.zeros(wire.targets.max(initial=-1) + 1)
+    np.maximum.at(values, wire.targets, np.fmin(np.fmax(pose.shapes, 0.0), 1.0)[wire.sources])
+    return values
 
 
 @lru_cache(maxsize=4096)
@@ -202,16 +240,13 @@ def _targets(name: str, names: str) -> tuple[str, ...]:
     return (old,)
 
 
-def _bundles(state: list[bytes], bones: list[bytes], ending: list[bytes]) -> Iterable[bytes]:
-    """Messages packed in order; a new bundle begins where one would grow past its limits."""
-    body, size, bones_in = [_BUNDLE], len(_BUNDLE), 0
-    marks = [False] * len(state) + [True] * len(bones) + [False] * len(ending)
-    for part, is_bone in zip([*state, *bones, *ending], marks, strict=True):
-        full = size + 4 + len(part) > MAX_DATAGRAM or (is_bone and bones_in == MAX_BONES)
-        if full and len(body) > 1:
-            yield b"".join(body)
-            body, size, bones_in = [_BUNDLE], len(_BUNDLE), 0
-        body += [struct.pack(">i", len(part)), part]
-        size += 4 + len(part)
-        bones_in += is_bone
-    yield b"".join(body)
+def _bundles(parts: Iterable[_Part]) -> Iterable[list[_Part]]:
+    """Messages in order, as they are packed; a new bundle begins where one would grow past its limits."""
+    held: list[_Part] = []
+    for part in parts:
+        size = len(_BUNDLE) + sum(4 + one.size for one in (*held, part))
+        if held and (size > MAX_DATAGRAM or (part.is_bone and sum(one.is_bone for one in held) == MAX_BONES)):
+            yield held
+            held = []
+        held.append(part)
+    yield held

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Any
 
 from studio.errors import StudioError, say
 from studio.motion import Pose
@@ -259,7 +260,11 @@ class VmcTarget:
         pace.hold()
         try:
             for datagram in datagrams:
-                self._send_one(sock, datagram)
+                # Non-blocking: a full buffer of the network drops the datagram, and the next frame is sent in
+                # time.
+                self._at_once(sock.send, datagram)
+            # Windows reports a closed port at the next receive, Linux at the next send.
+            self._at_once(sock.recv, 1)
         except OSError as error:
             self._problem = _unreachable(destination, error)
         else:
@@ -267,13 +272,9 @@ class VmcTarget:
             self._sent_at = time.monotonic()
             self._problem = None
 
-    def _send_one(self, sock: socket.socket, datagram: bytes) -> None:
+    def _at_once(self, call: Callable[[Any], object], argument: object) -> None:
         try:
-            # Non-blocking: a full buffer of the network drops the datagram, and the next frame is sent in
-            # time.
-            sock.send(datagram)
-            # Windows reports a closed port at the next receive, Linux at the next send.
-            sock.recv(1)
+            call(argument)
         except BlockingIOError:
             pass
         except (ConnectionRefusedError, ConnectionResetError):

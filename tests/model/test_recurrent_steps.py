@@ -7,8 +7,10 @@ import pytest
 import torch
 
 from studio.model import recurrent
+from studio.model._captured_sound import LEAST_SECONDS
 from studio.model._network import Network, SamplingOptions, Sizes, conditions
 from studio.model._recurrent_steps import steps_of
+from tests.model.test_matched import matched, rows_for
 
 SIZES = Sizes(features=6, columns=5, steps_per_frame=2, window=2, fps=30.0, styles=3, moods=2)
 
@@ -44,7 +46,8 @@ def test_it_is_what_pytorch_says(settings: dict[str, object], ms: int | None, st
             wanted, state = whole.predict(
                 torch.from_numpy(rows)[None], state, torch.tensor([style]), SamplingOptions(liveliness=0.7)
             )
-        np.testing.assert_allclose(alone.predict(rows, 0.7), wanted[0].numpy(), atol=3e-5)
+        given = alone.predict(rows, SamplingOptions(liveliness=0.7))
+        np.testing.assert_allclose(given, wanted[0].numpy(), atol=3e-5)
         first += frames
 
 
@@ -63,14 +66,37 @@ def test_moods_are_told_as_pytorch_tells_them(ms: int | None) -> None:
         none, _ = whole.predict(torch.from_numpy(rows)[None], None, torch.tensor([2]), SamplingOptions())
         no_mood = conditions(torch.tensor([2]), torch.zeros(1, 9, 2), SIZES.styles)
         same, _ = whole.predict(torch.from_numpy(rows)[None], None, no_mood, SamplingOptions())
-    np.testing.assert_allclose(alone.predict(rows, 1.0, moods), wanted[0].numpy(), atol=3e-5)
+    np.testing.assert_allclose(alone.predict(rows, SamplingOptions(), moods), wanted[0].numpy(), atol=3e-5)
     np.testing.assert_allclose(same.numpy(), none.numpy(), atol=1e-6)
     assert float((wanted - none).abs().max()) > 0.05
+
+
+@pytest.mark.parametrize("ms", [None, 0, 500])
+@pytest.mark.parametrize("members", [1, 2])
+def test_a_captured_body_is_played_as_pytorch_plays_it(members: int, ms: int | None) -> None:
+    whole = matched(members=members, look_aheads="0 500", own_frame=False)
+    with torch.no_grad():
+        whole.row_mean.add_(0.1)
+        whole.gain.mul_(2.0)  # of a body that is drawn; this one is the captured one as it was
+    whole.set_look_ahead(ms)
+    alone = steps_of(whole)
+    assert alone is not None
+    k, first, state = whole.sizes.steps_per_frame, 0, None
+    sound = rows_for(whole, 200)
+    for frames in (1, 1, 3, 60, 135):
+        rows = sound[:, first * k : (first + frames) * k + whole.before + whole.after]
+        sampling = SamplingOptions(seed=4, liveliness=1.3, first=first)
+        with torch.inference_mode():
+            wanted, state = whole.predict(rows, state, None, sampling)
+        given = alone.predict(rows[0].numpy(), sampling)
+        np.testing.assert_allclose(given, wanted[0].numpy(), atol=3e-5)
+        first += frames
 
 
 def test_networks_that_read_both_ways_or_draw_are_left_to_pytorch() -> None:
     assert steps_of(network(both_directions=True)) is None
     assert steps_of(network(body="flow")) is None
+    assert steps_of(matched(seconds=LEAST_SECONDS - 2)) is None
 
 
 def test_without_its_own_frame_the_shortest_look_ahead_ends_before_the_frame() -> None:

@@ -135,10 +135,12 @@ class Microphone:
             for blocks in _unbroken(current.drain()):
                 if blocks[0].overflow:
                     self._lose_some(blocks[0].captured)
-                samples = np.concatenate([block.samples.mean(axis=1) for block in blocks])
+                samples = np.concatenate([block.samples for block in blocks])
+                # Not `mean`, which takes ten times as long over two channels.
+                share = np.full(samples.shape[1], 1 / samples.shape[1], dtype=np.float32)
                 found.append(
                     AudioBlock(
-                        finite(samples),
+                        finite(samples @ share),
                         current.sample_rate,
                         blocks[0].captured,
                         restarted=self._restarted,

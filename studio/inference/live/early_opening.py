@@ -46,13 +46,18 @@ class OnsetDetector:
         self._quiet_s = 0.0
         self._unconfirmed_s: float | None = None  # since the last beginning, until it is known what it was
 
+    @property
+    def waits(self) -> bool:
+        """Whether it is so quiet that something may begin within a moment, or something did and is unsure."""
+        return self._quiet_s >= _QUIET_S / 2 or self._unconfirmed_s is not None
+
     def feed(self, samples: Floats) -> tuple[bool, bool]:
         """Hear a block (N,): whether a sound began in it, and whether what began turned out to be none."""
         rest = np.concatenate([self._rest, samples])
         whole = len(rest) // self._size * self._size
         self._rest = rest[whole:]
         power = np.square(rest[:whole], dtype=np.float64).reshape(-1, self._size).mean(axis=1)
-        heard = [self._hear(float(level)) for level in 10 * np.log10(power + 1e-12)]
+        heard = [self._hear(level) for level in (10 * np.log10(power + 1e-12)).tolist()]
         return any(began for began, _ in heard), any(refuted for _, refuted in heard)
 
     def _hear(self, level: float) -> tuple[bool, bool]:
@@ -63,8 +68,8 @@ class OnsetDetector:
         refuted = self._refuted(loud)
         self._recent = [*self._recent, level][-SUSTAINED:] if loud else []
         stays = len(self._recent) == SUSTAINED
-        swells = stays and np.mean(self._recent[-2:]) > np.mean(self._recent[:2]) - _DECAY_DB
-        began = bool(swells) and self._quiet_s >= _QUIET_S
+        swells = stays and sum(self._recent[-2:]) / 2 > sum(self._recent[:2]) / 2 - _DECAY_DB
+        began = swells and self._quiet_s >= _QUIET_S
         if began:
             self._unconfirmed_s = 0.0
         # The first loud frames are no end of the silence before them yet: they may be a click.
@@ -101,8 +106,15 @@ class EarlyOpening:
         self._began = self._until = float("-inf")
         self._from = 0.0
 
+    @property
+    def alert(self) -> bool:
+        """Whether a voice that begins now would open the mouth."""
+        return self.on and self._detector.waits
+
     def feed(self, samples: Floats, now: float, delay: float) -> None:
         """Hear a block (N,) at a moment; poses are so many seconds late."""
+        if not self.on:
+            return
         began, refuted = self._detector.feed(samples)
         if began:
             self._from, self._began, self._until = self.share(now), now, now + delay + HOLD_S

@@ -61,7 +61,7 @@ class KeptMinutes:
 
 
 class LastMinutes:
-    """Rings of sound and poses; one thread adds, another keeps.
+    """Rings of sound and poses; for any thread.
 
     Args:
         fps: of the motion that is kept.
@@ -100,12 +100,14 @@ class LastMinutes:
         """Whether it is time for the next pose."""
         return not self._rows or moment - self._rows[-1].moment >= DENSER / self._fps
 
-    def add_pose(self, moment: float, pose: Pose, shapes: tuple[str, ...], bones: tuple[str, ...]) -> None:
-        """The pose that is sent at a moment. Runs on the live thread."""
-        short = Pose(
-            pose.shapes, pose.positions[:1].copy(), pose.rotations, pose.root_position, pose.root_rotation
-        )
+    def note_pose(self, moment: float, pose: Pose, shapes: tuple[str, ...], bones: tuple[str, ...]) -> None:
+        """The pose that is sent at a moment, where it is time for the next one."""
         with self._lock:
+            if not self.wants_pose(moment):
+                return
+            short = Pose(
+                pose.shapes, pose.positions[:1].copy(), pose.rotations, pose.root_position, pose.root_rotation
+            )
             self._rows.append(_Row(moment, (shapes, bones), short))
             while self._rows[0].moment < moment - self._seconds:
                 self._rows.popleft()

@@ -28,10 +28,11 @@ from studio.sound.level import FLOOR_DBFS, LevelMeter
 from studio.training.checkpoint import Model
 from studio.vmc.pace import PoseArrivals
 
-LOOK_S, REST_S = 0.02, 0.008
+LOOK_S, REST_S, SHORT_REST_S = 0.02, 0.016, 0.008
 """How long the source may let wait for sound before other things are looked after, and how long it rests
-after a look at most: devices hand over every 5 ms, and to answer each block alone would cost half as much
-again. Only the block that completes a pose is answered at once: a rest then would come on top."""
+after a look at most: devices hand over every 5 ms, and to answer each block alone would cost twice as much.
+Only the block that completes a pose is answered at once, for a rest would come on top of it; and rests are
+short where a voice may begin or is handed on."""
 SLEPT_S = 2.0
 """Seconds nobody was asked for, after which the computer has slept or was stopped."""
 KEPT_S = 4.0
@@ -39,6 +40,8 @@ BACKLOG_S, CAUGHT_UP_S = 1.0, 0.2
 """Seconds that sound may wait to be heard; beyond, all but the last is passed over."""
 TELL_BUSY_S = 60.0
 WARM_UP_S = 0.3
+UNASKED_S = 0.1
+"""Seconds after which nobody counts as asking for poses."""
 LOST_S = 1.5
 """Seconds without any sound, silent or not, after which the microphone counts as lost."""
 
@@ -125,6 +128,7 @@ class Performance:
         self._seconds_heard = 0.0
         self._polled_at: float | None = None
         self._last_sound_at: float | None = None
+        self._asked_at = float("-inf")
         self._busy_reported_at = float("-inf")
         self._spent, self._spent_since, self._load = 0.0, now(), 0.0
         self._stop = threading.Event()
@@ -247,12 +251,19 @@ class Performance:
 
     def named_pose_at(self, moment: float) -> tuple[Pose, tuple[str, ...], tuple[str, ...]]:
         """The pose of a moment with the names of its shapes and bones. From any thread."""
+        self._asked_at = self._now()
+        return self._sent(moment)
+
+    def _sent(self, moment: float) -> tuple[Pose, tuple[str, ...], tuple[str, ...]]:
         pose, speaking = self._line.at(moment)
         if pose is not None:
             # When it is shown, not when its sound was: the opening belongs to what is heard now.
             shown = moment + self._delay.value
             pose, speaking = self.opening.opened(pose, shown), speaking or self.opening.share(shown) > 0.0
-        return self.layers.named_pose(moment, pose, speaking)
+        sent = self.layers.named_pose(moment, pose, speaking)
+        if self._frames:
+            self.last_minutes.note_pose(moment, *sent)
+        return sent
 
     # The live thread
 
@@ -269,7 +280,8 @@ class Performance:
     @property
     def rest_s(self) -> float:
         """How long to rest before the next look: blocks taken together cost less than each by itself."""
-        return min(REST_S, self._steps.missing_s)
+        soon = self.opening.alert or self._voice_output is not None
+        return min(SHORT_REST_S if soon else REST_S, self._steps.missing_s)
 
     def poll(self) -> None:
         """Process the blocks that have arrived; the live thread calls this again and again."""
@@ -323,10 +335,11 @@ class Performance:
             self._keep(first, values)
 
     def _note_pose(self) -> None:
-        """The pose that is sent now, for who wants to keep the last minutes."""
-        moment = self.position()
-        if self._frames and self.last_minutes.wants_pose(moment):
-            self.last_minutes.add_pose(moment, *self.named_pose_at(moment))
+        """Ask for the pose of now where nobody does, for who wants to keep the last minutes."""
+        if self._frames and self._now() - self._asked_at > UNASKED_S:
+            moment = self.position()
+            if self.last_minutes.wants_pose(moment):
+                self._sent(moment)
 
     def _keep(self, first: int, values: np.ndarray) -> None:
         fps = float(self.model.fps)

@@ -88,7 +88,7 @@ class Gain:
             self._learn(block, seconds)
         self._move(seconds)
         most = _SWITCHED_DB_S * seconds
-        after = self._applied_db = before + float(np.clip(self.db - before, -most, most))
+        after = self._applied_db = before + min(max(self.db - before, -most), most)
         if before == after == 0.0:
             return block
         # Along a ramp over the block: a step of the gain would click.

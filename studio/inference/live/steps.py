@@ -275,7 +275,7 @@ class LiveSteps:
             frames = len(window) - network.before - network.after
             moods = self._fade.at(first + np.arange(frames // self._k), float(self._model.fps))
         if self._alone is not None:
-            return self._alone.predict(window, sampling.liveliness, moods)
+            return self._alone.predict(window, sampling, moods)
         if moods is not None:
             style = conditions(style, torch.from_numpy(moods)[None], network.sizes.styles)
         with torch.inference_mode():

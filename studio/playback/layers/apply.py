@@ -65,13 +65,10 @@ class Layers:
 
     def __init__(self, tuning: Tuning) -> None:
         self._tuning = tuning
+        self.empty = replace(tuning, smoothing=0.0, offset_ms=0.0).neutral
+        """Whether nothing is left to do once a motion is smoothed and shifted."""
         self._blinks = Blinks(tuning.blinks, tuning.seed) if tuning.blinks > 0 else None
         self._darts = Saccades(tuning.darts, tuning.seed) if tuning.darts > 0 else None
-
-    @property
-    def empty(self) -> bool:
-        """Whether nothing is left to do once a motion is smoothed and shifted."""
-        return replace(self._tuning, smoothing=0.0, offset_ms=0.0).neutral
 
     def over(
         self, motion: Motion, reference: Reference, inferred: NDArray[np.float64], ahead: float = CLEAR

@@ -67,6 +67,7 @@ def is_lid(name: str) -> bool:
     return is_blink_shape(low) or low.startswith(("fcl_eye_close", "まばたき", "ウィンク"))
 
 
+@lru_cache(maxsize=64)
 def lid_sides(names: tuple[str, ...]) -> tuple[list[int], list[int]]:
     """Columns of the shapes that close both eyes at once, and of those that close one.
 

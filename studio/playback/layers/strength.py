@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -135,10 +136,21 @@ def strengthened(motion: Motion, tuning: Tuning, reference: Reference) -> Motion
         tuning: its strengths; a region at 1 comes back bit for bit.
         reference: the posture of the same J bones.
     """
-    if any(shape_factor(tuning, name) != 1.0 for name in motion.shape_names):
-        factors = np.array([shape_factor(tuning, name) for name in motion.shape_names])
+    factors = _shape_factors(tuning, motion.shape_names)
+    if (factors != 1.0).any():
         motion = replace(motion, shapes=_scaled(motion.shapes, factors, np.zeros(len(factors))))
     return _swung(motion, tuning, reference)
+
+
+# A stream asks sixty times a second for the same channels and the same tuning.
+@lru_cache(maxsize=64)
+def _shape_factors(tuning: Tuning, names: tuple[str, ...]) -> NDArray[np.float64]:
+    return np.array([shape_factor(tuning, name) for name in names])
+
+
+@lru_cache(maxsize=64)
+def _bone_factors(tuning: Tuning, names: tuple[str, ...]) -> NDArray[np.float64]:
+    return np.array([tuning.strength(bone_region(name)) for name in names])
 
 
 def shape_factor(tuning: Tuning, name: str) -> float:
@@ -150,6 +162,8 @@ def shape_factor(tuning: Tuning, name: str) -> float:
 
 def single_shapes(motion: Motion, tuning: Tuning) -> Motion:
     """Gain and lift of single blend shapes, kept in 0..1."""
+    if not tuning.shapes:
+        return motion
     wanted = [tuning.shape(name) for name in motion.shape_names]
     if all(one.neutral for one in wanted):
         return motion
@@ -183,7 +197,7 @@ def _scaled(
 
 
 def _swung(motion: Motion, tuning: Tuning, reference: Reference) -> Motion:
-    factors = np.array([tuning.strength(bone_region(name)) for name in motion.bone_names])
+    factors = _bone_factors(tuning, motion.bone_names)
     changed = np.flatnonzero(factors != 1.0)
     if len(changed):
         rotations = motion.rotations.copy()

@@ -33,11 +33,10 @@ def perform(
         t = began + i * BLOCK / RATE * drift
         samples = np.array([click(t + n / RATE * drift) for n in range(BLOCK)], np.float32) * 0.5
         ring.add_sound(AudioBlock(samples, RATE, t + rng.uniform(-0.003, 0.003), i == 0), muted=False)
-        if ring.wants_pose(t):
-            shapes = np.full(len(names), click(t), np.float32)
-            turns = np.tile(np.array([0, 0, 0, 1], np.float32), (2, 1))
-            pose = Pose(shapes, np.array(list(REST.values())), turns, np.zeros(3), turns[0])
-            ring.add_pose(t, pose, names, BONES)
+        shapes = np.full(len(names), click(t), np.float32)
+        turns = np.tile(np.array([0, 0, 0, 1], np.float32), (2, 1))
+        pose = Pose(shapes, np.array(list(REST.values())), turns, np.zeros(3), turns[0])
+        ring.note_pose(t, pose, names, BONES)
 
 
 def test_sound_and_motion_agree_to_the_end_on_a_device_that_drifts() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from studio.errors import StudioError
 from studio.inference.live.audio_source import AudioBlock
-from studio.inference.live.performance import Performance, rest_motion
+from studio.inference.live.performance import REST_S, SHORT_REST_S, Performance, rest_motion
 from studio.inference.live.pose_layers import PoseLayers
 from studio.inference.live.preprocess import AudioPreprocessor, Gain, Gate
 from studio.inference.live.steps import look_ahead_of
@@ -130,6 +130,43 @@ def test_a_pose_is_made_as_soon_as_its_sound_is_there_without_waking_for_every_b
     least = made.look_ahead.reach_ms / 1000 + source.late + (1 - GUESSED) / 30 + SPARE_S
     assert least < made.facts.latency_ms / 1000 < least + step + 0.001
     assert looks < 0.8 * 5.0 / step
+
+
+def test_it_looks_half_as_often_where_no_voice_can_begin() -> None:
+    made, now, _ = performing(np.concatenate([loud(2.0), np.zeros(RATE, np.float32)]))
+    made.opening.on = True
+
+    def longest_rest() -> float:
+        rests = []
+        for _ in range(40):
+            go_on(made, now, 1 / 240)
+            rests.append(made.rest_s)
+        return max(rests)
+
+    go_on(made, now, 1.8)
+    assert longest_rest() == REST_S
+    go_on(made, now, 0.5)  # silent by now
+    assert longest_rest() == SHORT_REST_S
+    made.opening.on = False
+    assert longest_rest() == REST_S
+
+
+@pytest.mark.parametrize("asked", [True, False])
+def test_the_last_minutes_are_what_was_sent_and_go_on_where_nobody_asks(asked: bool) -> None:
+    made, now, _ = performing(loud(6.0))
+    sent = []
+    for _ in range(6 * 60):
+        now.t += 1 / 60
+        made.poll()
+        if asked:
+            sent.append(made.pose_at(made.position()).shapes)
+    kept = made.last_minutes.kept().motion
+    assert kept.fps == pytest.approx(30.0)
+    assert kept.duration == pytest.approx(6.0, abs=0.7)
+    if asked:  # every second frame of the sender's
+        whole = np.array(sent)
+        nearest = [np.abs(whole - row).max(axis=1).min() for row in kept.shapes[10:-10]]
+        assert np.median(nearest) < 0.1 * whole.std()
 
 
 def test_silence_goes_over_to_idling_and_a_voice_comes_back() -> None:
