@@ -550,6 +550,33 @@ def test_a_project_moved_in_mid_take_keeps_it_and_says_where(room: Room, sender:
     assert not folder.exists()
 
 
+def test_a_project_that_opens_shows_its_button_and_nothing_of_the_one_before(
+    room: Room, sender: Sender, port: int, qtbot, tmp_path
+) -> None:
+    qtbot.waitUntil(lambda: set(room.view.shapes.shown_names) == set(VRM0_SHAPES))
+    # Of the port of the next one, nobody knows.
+    sender.stop()
+    room.session.change_settings(vmc_port=free_port())
+    Project.create(tmp_path / "Other").close()
+    room.session.open_project(tmp_path / "Other")
+    button = room.view.slate_bar.record
+    assert (button.text(), button.isEnabled()) == ("Record  F1", False)
+    assert not button.icon().isNull()
+    qtbot.waitUntil(lambda: room.ready)
+    assert room.view.shapes.shown_names == ()
+    assert room.view.figure.empty
+    assert button.text() == "Record  F1"
+
+
+def test_the_button_says_record_before_anything_is_open(qtbot, qapp) -> None:
+    theme.apply(qapp)
+    made = Room(Session())
+    qtbot.addWidget(made.view)
+    button = made.view.slate_bar.record
+    assert (button.text(), button.isEnabled()) == ("Record  F1", False)
+    made.presenter.close()
+
+
 def test_what_comes_late_of_a_project_that_was_left_is_none_of_the_next(room: Room, qtbot, tmp_path) -> None:
     first = room.project
     Project.create(tmp_path / "Other").close()
