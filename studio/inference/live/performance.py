@@ -59,6 +59,7 @@ class Facts:
         load: share of a core used by making poses lately.
         drift_ppm: how much longer the device's second is than the computer's.
         lost: no sound has come for a while.
+        unheard: why the sound that is performed is not heard, "" where it is.
     """
 
     peak_dbfs: float
@@ -75,6 +76,7 @@ class Facts:
     load: float
     drift_ppm: float
     lost: bool
+    unheard: str = ""
 
 
 class Performance:
@@ -224,6 +226,7 @@ class Performance:
             self._load,
             sound.drift_ppm,
             lost,
+            self.source.unheard,
         )
 
     def reset_clip(self) -> None:
