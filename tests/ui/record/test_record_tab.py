@@ -696,6 +696,35 @@ def test_the_practice_performer_rests_while_another_tab_is_shown_unless_a_take_r
     assert not practice.on, "who was sent away stays away"
 
 
+def test_a_resting_practice_performer_comes_back_into_no_other_project_and_no_take(
+    room: Room, qtbot, tmp_path
+) -> None:
+    # Its process would take seconds to start each time.
+    model = room.model
+    model.practice = practice = PracticeTask(model, FakeChildTask())
+    room.view.inputs.practice.click()
+    room.presenter.deactivate()
+    # From another tab, by the one key.
+    room.presenter.toggle()
+    qtbot.waitUntil(lambda: room.session.rolling and not model.busy)
+    room.presenter.activate()
+    assert not practice.on
+    room.presenter.toggle()
+    qtbot.waitUntil(lambda: len(room.project.takes) == 1 or (not room.session.rolling and not model.busy))
+    room.presenter.deactivate()
+    room.presenter.activate()
+    assert not practice.on, "who came back without it goes on without it"
+    room.view.inputs.practice.click()
+    assert practice.on
+    # As the window does: the tab is left with its project.
+    room.presenter.deactivate()
+    room.session.close_project()
+    room.session.create_project(tmp_path / "Other")
+    room.presenter.activate()
+    assert not practice.on
+    qtbot.waitUntil(lambda: room.ready)
+
+
 def recorder_hears(room: Room) -> bool:
     return room.model.recorder is not None and room.model.recorder.snapshot().motion_alive
 
