@@ -10,7 +10,7 @@ from typing import Any
 
 from studio.dataset import edits, relink
 from studio.dataset import history as store
-from studio.dataset.dataset import Dataset, Label, Selection
+from studio.dataset.dataset import Dataset, Selection
 from studio.dataset.history import History
 from studio.errors import RequestError, StudioError, say
 from studio.files import atomic, leftovers, lock
@@ -26,7 +26,15 @@ from studio.project.contents import (
 )
 from studio.project.run import BASE_VOICE, Run, base_voice, list_runs, new_run_folder
 from studio.project.trash import bring_back, put_away
-from studio.take.folder import TRASH_FOLDER, list_takes, next_number, repair_take, save_take
+from studio.take.folder import (
+    TRASH_FOLDER,
+    list_takes,
+    next_number,
+    repair_take,
+    save_take,
+    with_dead_parts,
+    write_info,
+)
 from studio.take.take import Take, TakeInfo
 
 
@@ -111,6 +119,7 @@ class Project:
         project._load_takes()
         project._load_dataset()
         project._select_new()
+        project._leave_out_dead_parts()
         return project
 
     @classmethod
@@ -476,6 +485,23 @@ class Project:
         if not self.read_only:
             self.save()
 
+    def _leave_out_dead_parts(self) -> None:
+        """Leave out sound without motion of takes saved before that was done; no step of undo, and once."""
+        found: dict[str, Take] = {}
+        for take in self._takes.values():
+            # What cannot be read is for its check to tell of.
+            with suppress(StudioError):
+                found |= {take.id: known} if (known := with_dead_parts(take)) is not take else {}
+        if not found:
+            return
+        self._takes |= found
+        dead = {take.id: take.info.left_out for take in found.values()}
+        _rewrite(self._history, lambda dataset: edits.leave_out(dataset, dead))
+        if not self.read_only:
+            self.save()
+            for take in found.values():
+                write_info(take.folder, take.info)
+
     @property
     def _trash(self) -> Path:
         return self.folder / TRASH_FOLDER
@@ -507,15 +533,8 @@ class Project:
 
 def _selection_of(take: Take, performer: str) -> Selection:
     """What is used of a new take: all but what it says itself is of no use, each span labelled with why."""
-    spans = take.info.left_out
-    return Selection(
-        take.id,
-        take.id,
-        excluded=edits.merged_spans((start, end) for start, end, _ in spans),
-        labels=tuple(Label(start, end - start, "problem", why) for start, end, why in spans),
-        performer=performer,
-        split="train" if _is_material(take) else "",
-    )
+    whole = Selection(take.id, take.id, performer=performer, split="train" if _is_material(take) else "")
+    return edits.without(whole, take.info.left_out)
 
 
 def _is_material(take: Take) -> bool:
