@@ -114,7 +114,7 @@ class MainWindow(QMainWindow):
         self.stack.setCurrentWidget(view)
         presenter.activate()
         self.menus.show_undo()
-        self.steps.show_tab(name)
+        self.steps.refresh()
 
     @property
     def shown_room(self) -> str:
@@ -379,7 +379,6 @@ class MainWindow(QMainWindow):
             if self._active:
                 self.rooms[self._active][1].deactivate()
                 self._active = ""
-                self.steps.show_tab("")
             self.stack.setCurrentWidget(self.welcome)
             self.menus.show_undo()
             self.setWindowTitle("Saia Studio")
