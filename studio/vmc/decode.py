@@ -265,7 +265,7 @@ def face_app(datagram: bytes) -> str:
     return IFACIALMOCAP if b"|" in datagram else ""
 
 
-class Face(NamedTuple):
+class ReceivedFace(NamedTuple):
     """What one face says.
 
     Args:
@@ -278,7 +278,7 @@ class Face(NamedTuple):
     unknown: int = 0
 
 
-def read_face(kind: str, datagram: bytes) -> Face:
+def read_face(kind: str, datagram: bytes) -> ReceivedFace:
     """What one face says.
 
     Args:
@@ -290,13 +290,13 @@ def read_face(kind: str, datagram: bytes) -> Face:
     """
     if kind == OPENSEEFACE:
         shapes, turn = openseeface.read(datagram)
-        return Face(shapes, {"Head": (_PLACE, turn)} if turn is not None else {})
+        return ReceivedFace(shapes, {"Head": (_PLACE, turn)} if turn is not None else {})
     if kind == VTUBE_STUDIO:
         return _read_vtube_studio(datagram)
     return _read_ifacialmocap(datagram) if kind == IFACIALMOCAP else _read_live_link(datagram)
 
 
-def _read_ifacialmocap(datagram: bytes) -> Face:
+def _read_ifacialmocap(datagram: bytes) -> ReceivedFace:
     """`eyeBlink_L-37|...|=head#pitch,yaw,roll,x,y,z|rightEye#...|leftEye#...|`, in any order.
 
     The second version of the format writes & for -, so that weights may be negative.
@@ -327,7 +327,7 @@ def _read_ifacialmocap(datagram: bytes) -> Face:
     return _face(shapes, turns, unknown)
 
 
-def _read_vtube_studio(datagram: bytes) -> Face:
+def _read_vtube_studio(datagram: bytes) -> ReceivedFace:
     weights, turn = vtube_studio.read(datagram)
     known = ((_BY_LOWER.get(name.lower()), weight) for name, weight in weights.items())
     shapes = {name: _face_weight(weight) for name, weight in known if name is not None}
@@ -335,15 +335,15 @@ def _read_vtube_studio(datagram: bytes) -> Face:
     return _face(shapes, turns, len(weights) - len(shapes))
 
 
-def _face(shapes: dict[str, float], bones: dict[str, Placed], unknown: int) -> Face:
+def _face(shapes: dict[str, float], bones: dict[str, Placed], unknown: int) -> ReceivedFace:
     """A face of an app that names its shapes; AbsurdError where its names are no face's."""
     # A flood of them must not pass for a face that holds still.
     if unknown > _MOST_UNKNOWN or (unknown and not shapes):
         raise AbsurdError("nobody's face has those shapes")
-    return Face(shapes, bones, unknown)
+    return ReceivedFace(shapes, bones, unknown)
 
 
-def _read_live_link(datagram: bytes) -> Face:
+def _read_live_link(datagram: bytes) -> ReceivedFace:
     """Version, device, subject, frame time, a count, and the values in Live Link's order."""
     at = 1
     for _ in range(2):
@@ -363,7 +363,7 @@ def _read_live_link(datagram: bytes) -> Face:
     for place, bone in enumerate(("Head", "LeftEye", "RightEye")):
         yaw, pitch, roll = angles[3 * place : 3 * place + 3]
         turns[bone] = _PLACE, _turn([pitch, yaw, roll])
-    return Face(shapes, turns)
+    return ReceivedFace(shapes, turns)
 
 
 def _arkit(name: str) -> str:
