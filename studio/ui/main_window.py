@@ -448,7 +448,8 @@ class MainWindow(QMainWindow):
         project = self.session.project
         runs = [run for run in project.runs if run.has_weights] if project is not None else []
         if tab == "review" and runs:
-            self._on_review_requested(max(runs, key=lambda run: (run.folder.stat().st_mtime, run.id)).id)
+            newest = max(runs, key=lambda run: (run.folder.stat().st_mtime, run.id))
+            self.session.review_requested.emit(newest.id)
         self.show_room(tab)
         found = self.room(tab)[0].findChild(QWidget, button)
         if found is not None:

@@ -88,6 +88,15 @@ def test_steps_tick_themselves_off(window: MainWindow, qtbot) -> None:
     assert ticked(window) == ["record", "check", "train", "watch", "live"], "what no file tells is remembered"
 
 
+def test_watch_tells_which_run_it_shows_so_that_its_message_can_go(window: MainWindow) -> None:
+    train(window.session.project)
+    window.session.runs_changed.emit()
+    told: list[str] = []
+    window.session.review_requested.connect(told.append)
+    window.steps.strip.buttons["watch"].click()
+    assert (told, window.shown_room) == (["quick_001"], "review")
+
+
 def test_a_step_puts_the_focus_on_its_button(window: MainWindow, qtbot) -> None:
     window.activateWindow()
     qtbot.waitActive(window)
