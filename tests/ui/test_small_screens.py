@@ -195,6 +195,27 @@ def test_a_message_covers_nothing_that_is_used_next(
     assert covered == {}
 
 
+@pytest.mark.parametrize("size", SIZES)
+def test_a_message_leaves_the_facts_beside_the_tabs_readable(
+    window: MainWindow, toy_project: Project, qtbot: QtBot, size: tuple[int, int]
+) -> None:
+    window.session.open_project(toy_project.folder)
+    window.resize(*size)
+    qtbot.waitUntil(lambda: window.width() == size[0])
+    window.session.status_changed.emit("job", "Importing talk.mp4…", "")
+    window.session.status_changed.emit("live", "Live", "good")
+    settled(qtbot, window)
+    for text, remedy, action in MESSAGES.values():
+        messages.show_note(window, text, remedy, action)
+        toast = messages.toast_of(window)
+        assert toast is not None
+        for fact in window.status.facts.values():
+            there = QRect(fact.mapTo(window, QPoint()), fact.size())
+            assert not (fact.isVisible() and there.intersects(toast.geometry())), (fact.key, text)
+        assert window.rect().contains(toast.geometry())
+        toast.hide()
+
+
 def test_a_message_gives_way_to_the_next_tab_and_to_what_comes_under_it(
     window: MainWindow, toy_project: Project, qtbot: QtBot
 ) -> None:
