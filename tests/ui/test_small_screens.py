@@ -27,7 +27,8 @@ from studio.errors import StudioError
 from studio.project import Project
 from studio.ui import app as application
 from studio.ui import messages, tasks
-from studio.ui.main_window import FIRST_SIZE, LEAST_SIZE, MainWindow, first_place
+from studio.ui.main_window import MainWindow
+from studio.ui.window_place import FIRST_SIZE, LEAST_SIZE, first_place
 from tests.ui.geometry import faults
 
 SIZES = ((1024, 640), (1280, 800), (1707, 960), (1920, 1080))
