@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copyreg
 from collections.abc import Sequence
 from typing import Any
 
@@ -96,6 +97,10 @@ class StudioError(Exception):
         self.in_window = say(in_window or remedy)
         if code:
             self.code = code
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # As an exception is pickled it is made anew from its one text, and lost on the way between processes.
+        return copyreg.__newobj__, (type(self), *self.args), self.__dict__  # type: ignore[attr-defined]
 
 
 class RequestError(StudioError):

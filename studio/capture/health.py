@@ -141,7 +141,11 @@ def _disk(s: InputStatus) -> list[Problem]:
         return []
     return [
         (
-            say("The disk has room for {n} more minutes.", n=max(int(s.seconds_left / 60), 0)),
+            say(
+                "The disk has room for {n} more minutes.",
+                "The disk has room for {n} more minute.",
+                n=max(int(s.seconds_left / 60), 0),
+            ),
             "Delete what is no longer needed, or keep the project on another disk.",
         )
     ]

@@ -43,6 +43,7 @@ class ReceiverStats:
         frames_thinned: frames that came in and were left out, because they were more than MOST_FRAMES_PER_S.
         sender: who leads the motion. senders: everyone heard lately. sources: who gives what.
         ok, avatar: the last of their messages.
+        values_unknown: values of faces that were left out, because no face has anything of their name.
         no_face: when a camera or a phone said last that it sees nobody, seconds of `clock.now()`.
         missing: bones that a sender has left out lately. lost_lately: frames lost in the last seconds.
     """
@@ -70,6 +71,7 @@ class ReceiverStats:
     flood: Flood = NO_FLOOD
     frames_thinned: int = 0
     no_face: float = -math.inf
+    values_unknown: int = 0
 
 
 class Receiver:
@@ -181,6 +183,7 @@ class Receiver:
             queues.flood(now, unread),
             self._limit.left_out,
             assembler.no_face,
+            assembler.unknown,
         )
 
     def close(self) -> None:

@@ -268,7 +268,8 @@ def _info(contents: journal_contents.JournalContents, fit: clock.ClockFit, folde
     if facts.get("sources"):
         extra["sources"] = json.dumps(facts["sources"], ensure_ascii=False)
     extra |= {"shape_set": shape_set(names), "packets_lost": str(facts.get("packets_lost", 0))}
-    extra |= {key: str(facts[key]) for key in ("late", "packets_refused", "frames_thinned") if facts.get(key)}
+    counters = "late", "packets_refused", "frames_thinned", "values_unknown"
+    extra |= {key: str(facts[key]) for key in counters if facts.get(key)}
     pictures = contents.pictures[np.argsort(contents.pictures[:, 0], kind="stable")]
     moments, flags = fit.to_audio(pictures[:, 0]), pictures[:, 1].astype(int)
     alone = (flags & filmed.PictureFlag.MERGED) > 0

@@ -125,6 +125,7 @@ class Counts:
     overruns: int = 0
     packets_refused: int = 0
     frames_thinned: int = 0
+    values_unknown: int = 0
 
     def since(self, before: Counts) -> Counts:
         """The difference, never negative: an input opened anew starts at zero."""
@@ -148,6 +149,7 @@ def counts(motion: MotionInput | None, sound: SoundInput | None) -> Counts:
         overruns,
         stats.packets_refused,
         stats.frames_thinned,
+        stats.values_unknown,
     )
 
 
@@ -161,6 +163,7 @@ def facts(motion: MotionInput | None, sound: SoundInput | None, before: Counts) 
         "packets_refused": now.packets_refused,
         "frames_lost": now.frames_lost,
         "frames_thinned": now.frames_thinned,
+        "values_unknown": now.values_unknown,
         "late": now.late,
         "overruns": now.overruns,
     }

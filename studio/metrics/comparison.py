@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.metrics.body import place_figures, spread_figures
-from studio.metrics.face import face_figures
+from studio.metrics.face import closings, face_figures
 from studio.metrics.scores import Array, Figures, Pair, geodesic_errors, part_figures, score
 from studio.motion import Motion
 from studio.motion.grid import learnt_rate, on_grid
@@ -32,6 +32,8 @@ class MotionComparison:
         pearson: mean correlation of the shapes that move, pearson_face; None where none does.
         motion_ratio: predicted over captured mean change of those from frame to frame, motion_ratio_face.
         degrees: mean angle between the bones, geodesic_deg; None without common bones.
+        closings: in how many of the captured mouth's closures the predicted one closes, and how many these
+            are; None where it never opens.
     """
 
     times: NDArray[np.float64]
@@ -40,6 +42,7 @@ class MotionComparison:
     pearson: float | None
     motion_ratio: float | None
     degrees: float | None
+    closings: tuple[int, int] | None
 
 
 def pair_on_frames(
@@ -117,4 +120,5 @@ def compare(
         figures.get("pearson"),
         figures.get("motion_ratio"),
         degrees,
+        closings(pair),
     )

@@ -19,8 +19,11 @@ JAW_SEALED = "mouthclose"
 """ARKit's shape that keeps the lips together while the jaw is open."""
 VOWELS = frozenset({"a", "i", "u", "e", "o", "aa", "ih", "ou", "ee", "oh"})
 
-CLOSED_SHARE = 0.15
-"""The mouth counts as closed within this share of the captured opening's range from its low end."""
+CLOSED_SHARE, REOPENED_SHARE = 0.15, 0.3
+"""The mouth counts as closed within this share of the captured opening's range from its low end, and as
+opened again above the other."""
+CLOSES_BESIDE = 0.1
+"""Seconds before and after a captured closure in which a predicted one is that one."""
 LEAST_OPENING = 0.02
 """A mouth that opens less than this all the while has no closures to find."""
 SPEAKING_DB = 30.0
@@ -61,18 +64,47 @@ def closures(pairs: Sequence[Pair]) -> tuple[float | None, float | None]:
         captured, predicted = opening(pair.truth), opening(pair.predicted)
         if pair.voice is None or captured is None or predicted is None or not len(captured):
             continue
-        # Percentiles, since one yawn would move the threshold for the whole take.
-        low, high = np.percentile(captured, [5, 95])
-        # A mouth that never opens has no closures to find.
-        if high - low < LEAST_OPENING:
+        span = _span(captured)
+        if span is None:
             continue
         # From the capture for both: with its own range a model that barely moves would close perfectly.
-        limit = low + CLOSED_SHARE * (high - low)
+        limit = span[0] + CLOSED_SHARE * (span[1] - span[0])
         counts = speaking(pair) & pair.counts
         true += int((counts & (captured <= limit)).sum())
         found += int((counts & (predicted <= limit)).sum())
         both += int((counts & (captured <= limit) & (predicted <= limit)).sum())
     return (both / true if true else None), (both / found if found else None)
+
+
+def closings(pair: Pair) -> tuple[int, int] | None:
+    """How often the captured mouth closes, and how many of these times the predicted one does.
+
+    Returns:
+        (predicted, captured), counted in frames that count; None where no shape says so, or the captured
+        mouth never opens.
+    """
+    captured, predicted = opening(pair.truth), opening(pair.predicted)
+    span = _span(captured[pair.counts]) if captured is not None and pair.counts.any() else None
+    if captured is None or predicted is None or span is None:
+        return None
+    closed, opened = (span[0] + share * (span[1] - span[0]) for share in (CLOSED_SHARE, REOPENED_SHARE))
+    beside = round(CLOSES_BESIDE * pair.truth.fps)
+    rows = np.flatnonzero(pair.counts & ((captured <= closed) | (captured >= opened)))
+    shut = captured[rows] <= closed
+    # A mouth that trembles at the limit closes once.
+    changes = np.flatnonzero(np.diff(np.concatenate([[False], shut, [False]]).astype(int)))
+    spans = [(int(rows[a]), int(rows[b - 1])) for a, b in zip(changes[::2], changes[1::2], strict=True)]
+    found = sum((predicted[max(a - beside, 0) : b + beside + 1] <= closed).any() for a, b in spans)
+    return int(found), len(spans)
+
+
+def _span(captured: Array) -> tuple[float, float] | None:
+    """The range of a captured opening (T,); None of a mouth that never opens: it has no closures to find."""
+    if not len(captured):
+        return None
+    # Percentiles, since one yawn would move the threshold for the whole take.
+    low, high = np.percentile(captured, [5, 95])
+    return (float(low), float(high)) if high - low >= LEAST_OPENING else None
 
 
 def opening(motion: Motion) -> Array | None:

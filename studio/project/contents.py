@@ -13,6 +13,9 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 from zlib import crc32
 
+from studio.dataset import history as store
+from studio.dataset.dataset import Dataset
+from studio.errors import RequestError, say
 from studio.files import atomic
 
 FORMAT_VERSION = 1
@@ -73,6 +76,37 @@ def is_project(folder: Path) -> bool:
     # project.json is set aside where it is damaged; the takes beside it are still a project.
     kept = any(folder.glob(f"{PROJECT_FILE}.damaged-*")) if folder.is_dir() else False
     return kept or ((folder / "takes").is_dir() and (folder / DATASET_FILE).is_file())
+
+
+def make_folder(folder: Path, name: str) -> None:
+    """Make a new project in a folder that is missing or empty.
+
+    Raises:
+        RequestError: the folder holds something else, or is a project already.
+        StudioError: it cannot be written.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise RequestError(
+            say("{folder} is a file, not a folder.", folder=folder.name),
+            "Choose another place for the project.",
+        )
+    if (folder / PROJECT_FILE).exists():
+        raise RequestError(
+            say("{folder} is a project already.", folder=folder.name),
+            "Open it, or choose another folder.",
+        )
+    if folder.is_dir() and any(not path.name.startswith(".") for path in folder.iterdir()):
+        raise RequestError(
+            say("The folder {folder} is not empty.", folder=folder.name),
+            "Choose an empty or a new folder.",
+        )
+    try:
+        for part in ("takes", "runs", "exports"):
+            (folder / part).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise atomic.cannot_write(folder, error) from error
+    write_project_file(folder, name)
+    atomic.write_json(folder / DATASET_FILE, store.to_plain(Dataset()))
 
 
 def write_project_file(folder: Path, name: str) -> None:

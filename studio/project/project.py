@@ -10,7 +10,7 @@ from typing import Any
 
 from studio.dataset import edits, relink
 from studio.dataset import history as store
-from studio.dataset.dataset import Dataset, Label, Selection
+from studio.dataset.dataset import Dataset, Selection
 from studio.dataset.history import History
 from studio.errors import RequestError, StudioError, say
 from studio.files import atomic, leftovers, lock
@@ -22,11 +22,13 @@ from studio.project.contents import (
     PROJECT_FILE,
     fingerprint,
     is_project,
+    make_folder,
     write_project_file,
 )
+from studio.project.new_takes import selection_of, takes_with_dead_parts
 from studio.project.run import BASE_VOICE, Run, base_voice, list_runs, new_run_folder
 from studio.project.trash import bring_back, put_away
-from studio.take.folder import TRASH_FOLDER, list_takes, next_number, repair_take, save_take
+from studio.take.folder import TRASH_FOLDER, list_takes, next_number, repair_take, save_take, write_info
 from studio.take.take import Take, TakeInfo
 
 
@@ -61,28 +63,7 @@ class Project:
             StudioError: it cannot be written.
         """
         folder = Path(folder).absolute()
-        if folder.exists() and not folder.is_dir():
-            raise RequestError(
-                say("{folder} is a file, not a folder.", folder=folder.name),
-                "Choose another place for the project.",
-            )
-        if (folder / PROJECT_FILE).exists():
-            raise RequestError(
-                say("{folder} is a project already.", folder=folder.name),
-                "Open it, or choose another folder.",
-            )
-        if folder.is_dir() and any(not path.name.startswith(".") for path in folder.iterdir()):
-            raise RequestError(
-                say("The folder {folder} is not empty.", folder=folder.name),
-                "Choose an empty or a new folder.",
-            )
-        try:
-            for part in ("takes", "runs", "exports"):
-                (folder / part).mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise atomic.cannot_write(folder, error) from error
-        write_project_file(folder, name or folder.name)
-        atomic.write_json(folder / DATASET_FILE, store.to_plain(Dataset()))
+        make_folder(folder, name or folder.name)
         return cls.open(folder)
 
     @classmethod
@@ -111,6 +92,7 @@ class Project:
         project._load_takes()
         project._load_dataset()
         project._select_new()
+        project._leave_out_dead_parts()
         return project
 
     @classmethod
@@ -468,13 +450,26 @@ class Project:
 
     def _select_new(self, performer: str = "") -> None:
         """A selection for each take that never had one; no step of undo, since recording made it."""
-        new = [_selection_of(take, performer) for take in self._takes.values() if take.id not in self._seen]
+        new = [selection_of(take, performer) for take in self._takes.values() if take.id not in self._seen]
         if not new:
             return
         self._seen.update(s.take for s in new)
         _rewrite(self._history, lambda dataset: edits.add(dataset, (s for s in new if s.id not in dataset)))
         if not self.read_only:
             self.save()
+
+    def _leave_out_dead_parts(self) -> None:
+        """Leave out sound without motion of takes saved before that was done; no step of undo, and once."""
+        found = takes_with_dead_parts(self._takes.values())
+        if not found:
+            return
+        self._takes |= found
+        dead = {take.id: take.info.left_out for take in found.values()}
+        _rewrite(self._history, lambda dataset: edits.leave_out(dataset, dead))
+        if not self.read_only:
+            self.save()
+            for take in found.values():
+                write_info(take.folder, take.info)
 
     @property
     def _trash(self) -> Path:
@@ -503,33 +498,6 @@ class Project:
             kept = atomic.set_aside(path)
             remedy = say("It was kept as {file}, and the project continues without it.", file=kept.name)
         self.problems.append((error.what, remedy))
-
-
-def _selection_of(take: Take, performer: str) -> Selection:
-    """What is used of a new take: all but what it says itself is of no use, each span labelled with why."""
-    spans = take.info.left_out
-    return Selection(
-        take.id,
-        take.id,
-        excluded=edits.merged_spans((start, end) for start, end, _ in spans),
-        labels=tuple(Label(start, end - start, "problem", why) for start, end, why in spans),
-        performer=performer,
-        split="train" if _is_material(take) else "",
-    )
-
-
-def _is_material(take: Take) -> bool:
-    """Whether a new take is trained on: it has both parts, it can be heard, and no run made its motion."""
-    return take.trains and not take.info.predicted and not _is_silent(take)
-
-
-def _is_silent(take: Take) -> bool:
-    """Whether nothing can be heard in a take; one that cannot be read is for its check to tell of."""
-    from studio.take.findings import is_silent
-
-    with suppress(StudioError):
-        return take.audio_path is not None and is_silent(take.audio_path)
-    return False
 
 
 def _rewrite(history: History[Dataset], change: Callable[[Dataset], Dataset]) -> None:

@@ -186,22 +186,41 @@ def _with_motion(folder: Path, info: TakeInfo, motion: Motion | None) -> TakeInf
     if not path.exists():
         motion_file.write_motion(path, motion)
     end = float(motion.times[-1]) if len(motion) else 0.0
-    known = info.left_out
-    # Sound that nothing moved to teaches nothing; what is known of with a better reason is not told twice.
-    away = [
-        (start, end, NO_MOTION)
-        for start, end in motion_file.without_motion(motion, max(info.duration, end))
-        if info.audio_file and not any(a < end and start < b for a, b, _ in known)
-    ]
     return replace(
         info,
-        left_out=(*known, *away) if len(motion) > 1 else known,
+        left_out=(*info.left_out, *_dead_parts(info, motion)),
         motion_file=path.name,
         frames=len(motion),
         fps=round(motion.fps, 3),
         shape_names=motion.shape_names,
         bone_names=motion.bone_names,
         duration=max(info.duration, end),
+    )
+
+
+def with_dead_parts(take: Take) -> Take:
+    """A take saved before its sound without motion was noted, with that noted; the same take where none is.
+
+    Raises:
+        StudioError: its motion cannot be read.
+    """
+    info, path = take.info, take.motion_path
+    # Told by its counts, so that of takes without a dead part no file is read.
+    short = info.frames < info.fps * (info.duration - motion_file.NO_MOTION_S)
+    if path is None or info.left_out or not short:
+        return take
+    dead = _dead_parts(info, motion_file.read_motion(path))
+    return replace(take, info=replace(info, left_out=dead)) if dead else take
+
+
+def _dead_parts(info: TakeInfo, motion: Motion) -> tuple[tuple[float, float, str], ...]:
+    """Sound that nothing moved to, which teaches nothing; what is known of already is not told twice."""
+    if not info.audio_file or len(motion) < 2:
+        return ()
+    return tuple(
+        (start, end, NO_MOTION)
+        for start, end in motion_file.without_motion(motion, max(info.duration, float(motion.times[-1])))
+        if not any(a < end and start < b for a, b, _ in info.left_out)
     )
 
 

@@ -51,4 +51,5 @@ welcome_presenter  What the welcome page does: projects opened and made, the sam
 welcome_view       The welcome page: a new project, one from before, the sample; and whether this machine is
                    ready
 widgets/           Pieces that several tabs draw with
+window_place       Where the window and its splitters stand: at the first start, and as they were left
 """

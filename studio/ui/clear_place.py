@@ -20,9 +20,11 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio.ui.status_strip import Fact
+
 CONTROLS = (
     QAbstractButton, QAbstractSlider, QAbstractSpinBox, QComboBox, QLineEdit, QPlainTextEdit, QTabBar,
-    QTextEdit,
+    QTextEdit, Fact,
 )  # fmt: skip
 """Never covered while they are enabled."""
 MARGIN_PX = 4
@@ -40,7 +42,7 @@ if TYPE_CHECKING:
 
 
 def controls(window: QWidget, apart: Sequence[QWidget] = ()) -> list[QRect]:
-    """The enabled buttons and fields of a window that are seen, in its coordinates.
+    """The enabled buttons, fields and facts of a window that are seen, in its coordinates.
 
     Args:
         window: whose they are.

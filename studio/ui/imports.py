@@ -6,7 +6,7 @@ import base64
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from PySide6.QtCore import QObject, QUrl
 from PySide6.QtGui import QDesktopServices
@@ -31,6 +31,9 @@ from studio.ui.messages import counted
 from studio.ui.session import Session
 from studio.ui.tasks import ChildTask
 from studio.ui.video_import import VideoQuestions
+
+if TYPE_CHECKING:
+    from studio.take.take import Take
 
 SOUNDS = frozenset(
     {".wav", ".mp3", ".flac", ".ogg", ".m4a", ".aac", ".opus", ".mp4", ".mov", ".mkv", ".webm"}
@@ -246,18 +249,29 @@ class Importer(QObject):
         return True
 
     def _what_to_know(self) -> str:
-        """What was noted while reading, the first of it, and how many takes training cannot use."""
-        parts = [*map(native, self._notes[:1]), self._unused_text()]
+        """What was noted while reading, the first of it, and what of the takes training does not use."""
+        parts = [*map(native, self._notes[:1]), self._unused_text(), self._left_out_text()]
         if len(self._notes) > 1:
             one, many = self.tr("1 more note is kept with it."), self.tr("{0} more notes are kept with them.")
             parts.append(counted(len(self._notes) - 1, one, many))
         return " ".join(part for part in parts if part)
 
+    def _takes(self) -> list[Take]:
+        project = self._session.project
+        return [take for take in project.takes if take.id in self._saved] if project is not None else []
+
+    def _left_out_text(self) -> str:
+        """Why parts of the new takes are left out and how long they are, the longest first; "" for none."""
+        seconds: dict[str, float] = {}
+        for start, end, why in (one for take in self._takes() if take.trains for one in take.info.left_out):
+            seconds[why] = seconds.get(why, 0.0) + end - start
+        longest = sorted(seconds, key=lambda why: -seconds[why])
+        named = [self.tr("{0} {1} s").format(native(why).lower(), f"{seconds[why]:.1f}") for why in longest]
+        return self.tr("Left out of training: {0}.").format(", ".join(named)) if named else ""
+
     def _unused_text(self) -> str:
         """How many of the new takes training cannot use; "" for none."""
-        project = self._session.project
-        takes = project.takes if project is not None else ()
-        count = sum(take.id in self._saved and not take.trains for take in takes)
+        count = sum(not take.trains for take in self._takes())
         if not count:
             return ""
         if len(self._saved) == 1:

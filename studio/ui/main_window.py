@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 from pathlib import Path
 
-from PySide6.QtCore import QByteArray, QEvent, QPoint, QRect, QSettings, QSize, Qt, QTimer, QUrl
+from PySide6.QtCore import QEvent, Qt, QTimer, QUrl, SignalInstance
 from PySide6.QtGui import (
     QCloseEvent,
     QDesktopServices,
@@ -21,7 +21,6 @@ from PySide6.QtWidgets import (
     QLabel,
     QMainWindow,
     QSizePolicy,
-    QSplitter,
     QStackedWidget,
     QTabBar,
     QToolButton,
@@ -31,7 +30,6 @@ from PySide6.QtWidgets import (
 
 from studio.errors import StudioError
 from studio.paths import resource
-from studio.settings import settings_folder
 from studio.ui import messages, tabs, theme
 from studio.ui.focus import FocusKeeper
 from studio.ui.imports import Importer, PackTask, sort_drop
@@ -45,12 +43,8 @@ from studio.ui.tabs import Presenter
 from studio.ui.undo import UndoScope
 from studio.ui.welcome_presenter import StartPresenter
 from studio.ui.welcome_view import WelcomePage
+from studio.ui.window_place import LEAST_SIZE, first_place, restore_splitters, restore_window, save_window
 
-FIRST_SIZE = QSize(1440, 900)
-FIRST_SHARE = 0.9
-"""At most this much of the screen is taken at the first start."""
-LEAST_SIZE = QSize(1024, 640)
-"""The smallest window in which nothing is cut; a smaller screen takes what it has."""
 BAR_PX = 52
 BUILD_AHEAD_MS = 400
 """Rooms not yet seen are built one by one in this rhythm, while nothing is recorded."""
@@ -114,7 +108,7 @@ class MainWindow(QMainWindow):
         self.stack.setCurrentWidget(view)
         presenter.activate()
         self.menus.show_undo()
-        self.steps.show_tab(name)
+        self.steps.refresh()
 
     @property
     def shown_room(self) -> str:
@@ -224,7 +218,7 @@ class MainWindow(QMainWindow):
         elif drop.packed is not None:
             self.packing.ask_place(drop.packed)
         elif drop.run is not None:
-            self._take_run(drop.run)
+            self._take_for_project(drop.run, "train", self.session.run_dropped)
         elif drop.sounds and self.session.project is None:
             self.start.hello.say_file(drop.sounds[0])
         elif drop.sounds:
@@ -234,28 +228,19 @@ class MainWindow(QMainWindow):
         elif drop.performed:
             self.session.performance_dropped.emit(drop.performed)
         elif drop.avatar is not None:
-            self._take_avatar(drop.avatar)
+            tab = "live" if self._active == "live" else "review"
+            self._take_for_project(drop.avatar, tab, self.session.avatar_dropped)
         else:
             self.importer.start(drop.imports)
 
-    def _take_run(self, path: Path) -> None:
-        """Show Train, which brings the run in."""
+    def _take_for_project(self, path: Path, tab: str, dropped: SignalInstance) -> None:
+        """Show the tab that does something with what was dropped; without a project nothing can."""
         if self.session.project is None:
             what = self.tr("No project is open for {0}.").format(path.name)
             messages.show_error(self, StudioError(what, self.tr("Open or create a project first.")))
             return
-        self.show_room("train")
-        self.session.run_dropped.emit(path)
-
-    def _take_avatar(self, path: Path) -> None:
-        """Wear the avatar, in Live where that is shown, else in Review."""
-        if self.session.project is None:
-            what = self.tr("No project is open for {0}.").format(path.name)
-            messages.show_error(self, StudioError(what, self.tr("Open or create a project first.")))
-            return
-        if self._active != "live":
-            self.show_room("review")
-        self.session.avatar_dropped.emit(path)
+        self.show_room(tab)
+        dropped.emit(path)
 
     def changeEvent(self, event: QEvent) -> None:
         super().changeEvent(event)
@@ -379,7 +364,6 @@ class MainWindow(QMainWindow):
             if self._active:
                 self.rooms[self._active][1].deactivate()
                 self._active = ""
-                self.steps.show_tab("")
             self.stack.setCurrentWidget(self.welcome)
             self.menus.show_undo()
             self.setWindowTitle("Saia Studio")
@@ -449,7 +433,8 @@ class MainWindow(QMainWindow):
         project = self.session.project
         runs = [run for run in project.runs if run.has_weights] if project is not None else []
         if tab == "review" and runs:
-            self._on_review_requested(max(runs, key=lambda run: (run.folder.stat().st_mtime, run.id)).id)
+            newest = max(runs, key=lambda run: (run.folder.stat().st_mtime, run.id))
+            self.session.review_requested.emit(newest.id)
         self.show_room(tab)
         found = self.room(tab)[0].findChild(QWidget, button)
         if found is not None:
@@ -467,39 +452,3 @@ class MainWindow(QMainWindow):
         }  # fmt: skip
         if key in home:
             self.show_room(home[key])
-
-
-def first_place(screen: QRect) -> QRect:
-    """Where the window stands at its first start: in the middle of what a screen leaves free."""
-    most = (screen.size() * FIRST_SHARE).expandedTo(LEAST_SIZE).boundedTo(screen.size())
-    place = QRect(QPoint(), FIRST_SIZE.boundedTo(most))
-    place.moveCenter(screen.center())
-    return place
-
-
-def _store() -> QSettings:
-    return QSettings(str(settings_folder() / "window.ini"), QSettings.Format.IniFormat)
-
-
-def restore_window(window: QMainWindow) -> bool:
-    """Give the window the size and place it had; whether there were any."""
-    geometry = _store().value("geometry")
-    return isinstance(geometry, QByteArray) and window.restoreGeometry(geometry)
-
-
-def save_window(window: QMainWindow) -> None:
-    """Remember the window's size and place, and every named splitter in it."""
-    store = _store()
-    store.setValue("geometry", window.saveGeometry())
-    for splitter in window.findChildren(QSplitter):
-        if splitter.objectName():
-            store.setValue(f"splitters/{splitter.objectName()}", splitter.saveState())
-
-
-def restore_splitters(widget: QWidget) -> None:
-    """Put every named splitter in a widget where it stood."""
-    store = _store()
-    for splitter in widget.findChildren(QSplitter):
-        state = store.value(f"splitters/{splitter.objectName()}") if splitter.objectName() else None
-        if isinstance(state, QByteArray):
-            splitter.restoreState(state)

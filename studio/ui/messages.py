@@ -77,7 +77,7 @@ class Toast(QFrame):
 
     Args:
         window: the one it lies over; a window without one gets it with its first message.
-        place: the part of it that messages may lie over, for what that says can wait for some seconds.
+        place: the part of it where messages belong, as far as it holds nothing that is used or read.
         error_ms: how long an error stays.
     """
 
@@ -256,14 +256,16 @@ class Toast(QFrame):
 
     def _give_way(self) -> None:
         """Go elsewhere where a tab, a panel or a row came to lie under it, but not from under the mouse."""
-        covered = [one for one in controls(self._window, self._apart) if one.intersects(self.geometry())]
+        covered = [one for one in controls(self._window, (self,)) if one.intersects(self.geometry())]
         if covered and not self.underMouse():
             self._place()
 
-    @property
-    def _apart(self) -> tuple[QWidget, ...]:
-        """What may be covered: itself, and the place for messages with what it says."""
-        return (self,) if self._over is None else (self, self._over)
+    def _free(self, place: QWidget) -> QRect:
+        """The part of the place for messages that is left of the facts in it, in the window's coordinates."""
+        whole = QRect(place.mapTo(self._window, QPoint()), place.size())
+        facts = [one.left() for one in controls(self._window, (self,)) if one.intersects(whole)]
+        whole.setRight(min((whole.right(), *(left - theme.INSIDE for left in facts))))
+        return whole
 
     def _place(self) -> None:
         """Lie over the window's place for messages, from its right edge; deeper with more to say.
@@ -273,9 +275,10 @@ class Toast(QFrame):
         """
         window, place = self._window, self._over
         width = most = min(TOAST_WIDTH, window.width() - 2 * theme.EDGE)
-        beside = place is not None and place.width() >= LEAST_WIDTH
+        free = self._free(place) if place is not None else QRect()
+        beside = free.width() >= LEAST_WIDTH
         if place is not None:
-            width = min(place.width() if beside else LEAST_WIDTH, most)
+            width = min(free.width() if beside else LEAST_WIDTH, most)
         size = self._size_at(width)
         if place is None:
             wanted = QRect(QPoint((window.width() - width) // 2, min(TOP, window.height() // 10)), size)
@@ -283,10 +286,9 @@ class Toast(QFrame):
             x, y = window.width() - width - theme.PAGE, window.height() - size.height() - theme.PAGE
             wanted = QRect(QPoint(x, y), size)
         else:
-            corner = place.mapTo(window, place.rect().topRight())
-            wanted = QRect(QPoint(corner.x() - width + 1, theme.TIGHT), size)
+            wanted = QRect(QPoint(free.right() - width + 1, theme.TIGHT), size)
         sizes = [size, *(self._size_at(narrow) for narrow in NARROW_WIDTHS if narrow < width)]
-        found = clear_place(window, sizes, wanted, self._apart)
+        found = clear_place(window, sizes, wanted, (self,))
         self.setFixedSize(found.size())
         self.move(found.topLeft())
 

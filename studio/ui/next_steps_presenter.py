@@ -45,14 +45,6 @@ class StepsPresenter(QObject):
         session.step_done.connect(self._keep)
         self.refresh()
 
-    def show_tab(self, name: str) -> None:
-        """Another tab is shown, "" for the welcome page."""
-        project = self._session.project
-        # While a take is recorded there is something else to look at.
-        if name == "curate" and project is not None and project.takes and not self._session.rolling:
-            self._keep("check")
-        self.refresh()
-
     def refresh(self) -> None:
         """Read anew what is done."""
         project = self._session.project

@@ -62,12 +62,14 @@ class FrameAssembler:
     Attributes:
         packets_bad: datagrams with anything malformed or out of all bounds; what was good in them is used.
         absurd: those of them that no motion program sends, with nothing good in them.
+        unknown: values of faces that were left out, because no face has anything of their name.
         no_face: when a camera or a phone said last that it sees nobody, seconds of `clock.now()`.
     """
 
     def __init__(self) -> None:
         self.packets_bad = 0
         self.absurd = 0
+        self.unknown = 0
         self.no_face = -math.inf
         self._held = LatestValues()
         self._streams: dict[tuple[str, int], Stream] = {}
@@ -197,11 +199,12 @@ class FrameAssembler:
 
     def _feed_face(self, stream: Stream, kind: str, datagram: bytes) -> list[Frame]:
         try:
-            shapes, turns = decode.read_face(kind, datagram)
+            shapes, turns, unknown = decode.read_face(kind, datagram)
         except osc.MalformedError as error:
             self.packets_bad += 1
             self.absurd += isinstance(error, osc.AbsurdError)
             return self._done
+        self.unknown += unknown
         if not shapes and not turns:
             self.no_face = stream.arrival
             return self._done

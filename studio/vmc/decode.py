@@ -11,7 +11,7 @@ import math
 import struct
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from studio.motion.channels import ARKIT_SHAPES, canonical_bone, canonical_shape
 from studio.vmc import openseeface, osc, vtube_studio
@@ -232,6 +232,8 @@ HELLO = b"iFacialMocap_sahuasouryya9218sauhuiayeta91555dy3719"
 """What asks a phone on its port 49983 to begin sending here."""
 
 _MOST_BYTES = 8192
+# Names beyond ARKit's that an app may add to them one day; a flood of made-up ones has more.
+_MOST_UNKNOWN = 16
 _BY_LOWER = {name.lower(): name for name in ARKIT_SHAPES}
 _BONES = {"head": "Head", "righteye": "RightEye", "lefteye": "LeftEye"}
 _PLACE = (0.0, 0.0, 0.0)
@@ -263,14 +265,24 @@ def face_app(datagram: bytes) -> str:
     return IFACIALMOCAP if b"|" in datagram else ""
 
 
-def read_face(kind: str, datagram: bytes) -> tuple[dict[str, float], dict[str, Placed]]:
+class ReceivedFace(NamedTuple):
+    """What one face says.
+
+    Args:
+        shapes, bones: weights and bones by name; none of both where its app sees no face.
+        unknown: values that are left out, because no face has anything of their name.
+    """
+
+    shapes: dict[str, float]
+    bones: dict[str, Placed]
+    unknown: int = 0
+
+
+def read_face(kind: str, datagram: bytes) -> ReceivedFace:
     """What one face says.
 
     Args:
         kind: what `face_app` said.
-
-    Returns:
-        Weights and bones by name; none of both where its app sees no face.
 
     Raises:
         AbsurdError: it is no face at all.
@@ -278,13 +290,13 @@ def read_face(kind: str, datagram: bytes) -> tuple[dict[str, float], dict[str, P
     """
     if kind == OPENSEEFACE:
         shapes, turn = openseeface.read(datagram)
-        return shapes, {"Head": (_PLACE, turn)} if turn is not None else {}
+        return ReceivedFace(shapes, {"Head": (_PLACE, turn)} if turn is not None else {})
     if kind == VTUBE_STUDIO:
         return _read_vtube_studio(datagram)
     return _read_ifacialmocap(datagram) if kind == IFACIALMOCAP else _read_live_link(datagram)
 
 
-def _read_ifacialmocap(datagram: bytes) -> tuple[dict[str, float], dict[str, Placed]]:
+def _read_ifacialmocap(datagram: bytes) -> ReceivedFace:
     """`eyeBlink_L-37|...|=head#pitch,yaw,roll,x,y,z|rightEye#...|leftEye#...|`, in any order.
 
     The second version of the format writes & for -, so that weights may be negative.
@@ -295,6 +307,7 @@ def _read_ifacialmocap(datagram: bytes) -> tuple[dict[str, float], dict[str, Pla
         raise AbsurdError("the face is not text") from error
     shapes: dict[str, float] = {}
     turns: dict[str, Placed] = {}
+    unknown = 0
     for part in text.replace("=", "|").split("|"):
         if "#" in part:
             name, _, numbers = part.partition("#")
@@ -307,19 +320,30 @@ def _read_ifacialmocap(datagram: bytes) -> tuple[dict[str, float], dict[str, Pla
             known = _BY_LOWER.get(_arkit(name).lower())
             if known is not None and sign:
                 shapes[known] = _face_weight(_face_number(number) / 100)
+            else:
+                unknown += 1
     if not shapes and not turns:
         raise AbsurdError("there is no face in it")
-    return shapes, turns
+    return _face(shapes, turns, unknown)
 
 
-def _read_vtube_studio(datagram: bytes) -> tuple[dict[str, float], dict[str, Placed]]:
+def _read_vtube_studio(datagram: bytes) -> ReceivedFace:
     weights, turn = vtube_studio.read(datagram)
     known = ((_BY_LOWER.get(name.lower()), weight) for name, weight in weights.items())
     shapes = {name: _face_weight(weight) for name, weight in known if name is not None}
-    return shapes, {"Head": (_PLACE, _turn(list(map(math.radians, turn))))} if turn is not None else {}
+    turns = {"Head": (_PLACE, _turn(list(map(math.radians, turn))))} if turn is not None else {}
+    return _face(shapes, turns, len(weights) - len(shapes))
 
 
-def _read_live_link(datagram: bytes) -> tuple[dict[str, float], dict[str, Placed]]:
+def _face(shapes: dict[str, float], bones: dict[str, Placed], unknown: int) -> ReceivedFace:
+    """A face of an app that names its shapes; AbsurdError where its names are no face's."""
+    # A flood of them must not pass for a face that holds still.
+    if unknown > _MOST_UNKNOWN or (unknown and not shapes):
+        raise AbsurdError("nobody's face has those shapes")
+    return ReceivedFace(shapes, bones, unknown)
+
+
+def _read_live_link(datagram: bytes) -> ReceivedFace:
     """Version, device, subject, frame time, a count, and the values in Live Link's order."""
     at = 1
     for _ in range(2):
@@ -339,7 +363,7 @@ def _read_live_link(datagram: bytes) -> tuple[dict[str, float], dict[str, Placed
     for place, bone in enumerate(("Head", "LeftEye", "RightEye")):
         yaw, pitch, roll = angles[3 * place : 3 * place + 3]
         turns[bone] = _PLACE, _turn([pitch, yaw, roll])
-    return shapes, turns
+    return ReceivedFace(shapes, turns)
 
 
 def _arkit(name: str) -> str:

@@ -77,7 +77,7 @@ def beside(model: Any, voice: np.ndarray, captured: tuple[np.ndarray, np.ndarray
 class _Given:
     """A microphone on a clock that is set by hand, which hands its blocks over a little late and unevenly."""
 
-    name, ended = "given", False
+    name, ended, unheard = "given", False, ""
 
     def __init__(self, sound: np.ndarray, now: list[float]) -> None:
         self._now, self._size, self._next = now, round(BLOCK_S * RATE), 0

@@ -171,6 +171,11 @@ def test_a_sender_is_never_told_to_send_more_and_fewer_frames() -> None:
             "The disk has room for 2 more minutes.",
             "Delete what is no longer needed, or keep the project on another disk.",
         ),
+        (
+            replace(WELL, seconds_left=90),
+            "The disk has room for 1 more minute.",
+            "Delete what is no longer needed, or keep the project on another disk.",
+        ),
     ],
 )
 def test_each_problem_is_a_sentence_with_a_remedy(signs: InputStatus, what: str, remedy: str) -> None:

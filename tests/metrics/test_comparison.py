@@ -30,6 +30,12 @@ def test_a_motion_against_itself_is_perfect() -> None:
     assert found.heat.max() < 1e-3
 
 
+def test_closed_lips_are_counted() -> None:
+    found = compare(_motion(), _motion(), *WHOLE)
+    assert found is not None
+    assert found.closings == (2, 2)
+
+
 def test_half_the_motion_has_half_the_ratio() -> None:
     found = compare(_motion(), _motion(0.5), *WHOLE)
     assert found is not None

@@ -54,6 +54,23 @@ def test_a_mouth_shut_for_good_is_seen_in_precision() -> None:
     assert metrics_face.closures([pair]) == (1.0, pytest.approx(0.25))
 
 
+def test_the_times_the_lips_close_are_counted_beside_the_captured_ones() -> None:
+    truth = 0.6 * (np.arange(600) % 20 >= 5).astype(float)  # closes thirty times
+    half = truth.copy()
+    half[300:] = 0.6  # never closes in the second half
+    half[8:12] = 0.0  # and closes where it should not
+    trembling = truth + 0.05 * (np.arange(600) % 2) * (truth == 0)  # closes as often, unsteadily
+    assert metrics_face.closings(Pair(face(truth, "A"), face(half, "A"))) == (15, 30)
+    assert metrics_face.closings(Pair(face(trembling, "A"), face(truth, "A"))) == (30, 30)
+    late = np.roll(truth, 2)
+    assert metrics_face.closings(Pair(face(truth, "A"), face(late, "A"))) == (30, 30), "67 ms late"
+    valid = (np.arange(600) < 400).astype(float)
+    assert metrics_face.closings(Pair(face(truth, "A"), face(half, "A"), valid)) == (15, 20)
+    still = face(np.zeros(600), "A")
+    assert metrics_face.closings(Pair(still, face(truth, "A"))) is None, "there is none to be found"
+    assert metrics_face.closings(Pair(face(truth, "browInnerUp"), face(truth, "browInnerUp"))) is None
+
+
 def test_sealed_lips_close_an_open_jaw() -> None:
     motion = face(np.tile([0.4, 0.4], (600, 1)), "jawOpen", "mouthClose")
     opening = metrics_face.opening(motion)

@@ -7,18 +7,19 @@ import os
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from studio.dataset import edits
-from studio.dataset.dataset import Label
+from studio.dataset.dataset import Label, Selection
 from studio.errors import RequestError, StudioError
 from studio.project import Project, is_project
 from studio.sound.sound_file import Sound, write_sound
 from studio.take import TakeInfo
-from studio.take.folder import save_take
+from studio.take.folder import save_take, write_info
 from tests.formats.examples import a_motion, a_sound
 
 
@@ -99,6 +100,35 @@ def test_what_a_take_says_is_of_no_use_is_left_out_with_its_reason(tmp_path: Pat
         (1.0, "problem", "No face"),
         (1.9, "problem", "Cut"),
     ]
+
+
+def test_sound_without_motion_of_an_older_take_is_left_out_once_and_may_be_used_again(
+    tmp_path: Path,
+) -> None:
+    project = Project.create(tmp_path / "p")
+    seconds = 4.0
+    sound, early = a_sound(tmp_path / "voice.wav", seconds), a_motion(60)
+    take = project.add_take("early", TakeInfo("early"), early, sound)
+    project.add_take("whole", TakeInfo("whole"), None, sound)
+    # As it was before such stretches were noted: in use, with an edit that can be undone.
+    ((start, end, why),) = take.info.left_out
+    write_info(take.folder, replace(take.info, left_out=()))
+    project.begin_with(edits.update(project.dataset, ["early"], lambda s: Selection(s.id, s.take)))
+    project.edit("Rate", edits.set_stars(project.dataset, ["early"], 3))
+    project.close()
+    looked_at = Project.open(project.folder, read_only=True)
+    assert looked_at.dataset["early"].excluded == ((start, end),)
+    again = Project.open(project.folder)
+    used = again.dataset["early"]
+    assert (used.excluded, used.seconds(seconds)) == (((start, end),), pytest.approx(start))
+    assert [(label.t, label.tier, label.text) for label in used.labels] == [(start, "problem", why)]
+    assert again.take("early").info.left_out == take.info.left_out
+    assert (again.undo_name, again.dataset["whole"].excluded) == ("Rate", ())
+    again.undo()
+    assert again.dataset["early"].excluded == ((start, end),), "as it would have been recorded today"
+    again.edit("Use all", edits.include(again.dataset, "early", 0.0, seconds))
+    again.close()
+    assert Project.open(project.folder).dataset["early"].excluded == ()
 
 
 def test_refresh_finds_what_another_process_recorded(tmp_path: Path, sound: Path) -> None:

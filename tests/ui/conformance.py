@@ -21,8 +21,8 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from studio.ui import tabs
-from studio.ui.main_window import LEAST_SIZE
 from studio.ui.session import Session
+from studio.ui.window_place import LEAST_SIZE
 
 BAR_PX = 52
 """Height of the bar with the tabs, which the smallest window has too."""

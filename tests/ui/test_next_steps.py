@@ -54,14 +54,15 @@ def test_a_training_under_way_is_not_done(toy_project: Project) -> None:
     assert "train" in steps_done(toy_project, ())
 
 
-def test_curate_is_not_checked_by_a_look_during_a_recording(window: MainWindow, monkeypatch) -> None:
-    monkeypatch.setattr(window.session, "rolling", True)
-    window.show_room("curate")
-    assert ticked(window) == []
-    monkeypatch.setattr(window.session, "rolling", False)
-    window.show_room("record")
-    window.show_room("curate")
-    assert ticked(window) == ["check"]
+def test_check_is_ticked_by_who_plays_a_take_or_looks_what_to_fix(window: MainWindow, qtbot) -> None:
+    window.steps.strip.buttons["check"].click()
+    assert window.shown_room == "curate"
+    bench = window.room("curate")[0].bench
+    qtbot.waitUntil(bench.play.isEnabled)
+    qtbot.waitUntil(lambda: window.room("curate")[1].model.playing.player is not None)
+    assert ticked(window) == [], "a tab that opens checks nothing"
+    bench.play.click()
+    qtbot.waitUntil(lambda: ticked(window) == ["check"])
 
 
 def test_steps_tick_themselves_off(window: MainWindow, qtbot) -> None:
@@ -70,6 +71,7 @@ def test_steps_tick_themselves_off(window: MainWindow, qtbot) -> None:
     assert ticked(window) == []
     strip.buttons["check"].click()
     assert window.shown_room == "curate"
+    window.findChild(QToolButton, "to_fix_button").click()
     assert ticked(window) == ["check"]
     train(project)
     window.session.runs_changed.emit()
@@ -84,6 +86,15 @@ def test_steps_tick_themselves_off(window: MainWindow, qtbot) -> None:
     assert not strip.isVisible()
     window.start.open_project(project.folder)
     assert ticked(window) == ["record", "check", "train", "watch", "live"], "what no file tells is remembered"
+
+
+def test_watch_tells_which_run_it_shows_so_that_its_message_can_go(window: MainWindow) -> None:
+    train(window.session.project)
+    window.session.runs_changed.emit()
+    told: list[str] = []
+    window.session.review_requested.connect(told.append)
+    window.steps.strip.buttons["watch"].click()
+    assert (told, window.shown_room) == (["quick_001"], "review")
 
 
 def test_a_step_puts_the_focus_on_its_button(window: MainWindow, qtbot) -> None:

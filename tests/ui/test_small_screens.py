@@ -27,7 +27,8 @@ from studio.errors import StudioError
 from studio.project import Project
 from studio.ui import app as application
 from studio.ui import messages, tasks
-from studio.ui.main_window import FIRST_SIZE, LEAST_SIZE, MainWindow, first_place
+from studio.ui.main_window import MainWindow
+from studio.ui.window_place import FIRST_SIZE, LEAST_SIZE, first_place
 from tests.ui.geometry import faults
 
 SIZES = ((1024, 640), (1280, 800), (1707, 960), (1920, 1080))
@@ -193,6 +194,27 @@ def test_a_message_covers_nothing_that_is_used_next(
         window.show_room(tab)
         look(tab)
     assert covered == {}
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_a_message_leaves_the_facts_beside_the_tabs_readable(
+    window: MainWindow, toy_project: Project, qtbot: QtBot, size: tuple[int, int]
+) -> None:
+    window.session.open_project(toy_project.folder)
+    window.resize(*size)
+    qtbot.waitUntil(lambda: window.width() == size[0])
+    window.session.status_changed.emit("job", "Importing talk.mp4…", "")
+    window.session.status_changed.emit("live", "Live", "good")
+    settled(qtbot, window)
+    for text, remedy, action in MESSAGES.values():
+        messages.show_note(window, text, remedy, action)
+        toast = messages.toast_of(window)
+        assert toast is not None
+        for fact in window.status.facts.values():
+            there = QRect(fact.mapTo(window, QPoint()), fact.size())
+            assert not (fact.isVisible() and there.intersects(toast.geometry())), (fact.key, text)
+        assert window.rect().contains(toast.geometry())
+        toast.hide()
 
 
 def test_a_message_gives_way_to_the_next_tab_and_to_what_comes_under_it(

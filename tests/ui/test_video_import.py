@@ -13,13 +13,22 @@ from PySide6.QtGui import QColor, QPixmap
 from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 
+from studio.motion.filmed import HIDDEN
 from studio.project import Project
 from studio.take.motion_file import load_motion
 from studio.ui import app as application
 from studio.ui import messages, tasks
 from studio.ui.main_window import MainWindow
 from studio.ui.video_import import FacePicture, WhoseFaceDialog, videos_in
-from tests.tracking.faces import Look, bursts, needs_tracking, use_model, write_two_faces, write_video
+from tests.tracking.faces import (
+    Look,
+    bursts,
+    needs_tracking,
+    use_model,
+    write_covered,
+    write_two_faces,
+    write_video,
+)
 
 FACES = ((0.1, 0.2, 0.2, 0.4), (0.6, 0.2, 0.3, 0.5))
 
@@ -98,6 +107,23 @@ def test_of_two_faces_the_one_that_was_clicked_is_tracked(
     motion = load_motion(project.take("duet"))
     assert motion is not None
     assert np.ptp(motion.rotations[:, 0, 2]) > 0.06
+
+
+@needs_tracking()
+def test_the_note_names_the_hidden_mouths_that_are_left_out(
+    window: MainWindow, qtbot: QtBot, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    use_model(monkeypatch, tmp_path)
+    window.take_paths((write_covered(tmp_path / "hand.mp4", "hand"),))
+    project = window.session.project
+    assert project is not None
+    qtbot.waitUntil(lambda: "hand" in project.dataset and not window.importer.running)
+    toast = messages.toast_of(window)
+    assert toast is not None
+    qtbot.waitUntil(lambda: toast.text.text() == "1 take imported.")
+    hidden = sum(end - start for start, end, why in project.take("hand").info.left_out if why == HIDDEN)
+    assert hidden > 0.8
+    assert f"Left out of training: mouth hidden {hidden:.1f} s" in toast.remedy.text()
 
 
 def test_without_the_model_the_sound_alone_may_be_taken(

@@ -54,13 +54,13 @@ def test_a_packet_is_a_frame_of_eyes_mouth_and_head() -> None:
 
 @pytest.mark.parametrize("turn", [(0, 0, 0), (20, 0, 0), (0, -15, 0), (0, 0, 12), (-25, 10, -8)])
 def test_the_head_turns_as_the_performers_does(turn: tuple[float, float, float]) -> None:
-    _, bones = decode.read_face(OPENSEEFACE, packet(turn))
+    _, bones, _ = decode.read_face(OPENSEEFACE, packet(turn))
     found = np.degrees(rotation.to_euler_yxz(np.array(bones["Head"][1])))
     assert found == pytest.approx(turn, abs=1e-3)
 
 
 def test_without_a_pose_the_face_still_counts() -> None:
-    shapes, bones = decode.read_face(OPENSEEFACE, packet(found=0, mouth=(0.4, 0.0)))
+    shapes, bones, _ = decode.read_face(OPENSEEFACE, packet(found=0, mouth=(0.4, 0.0)))
     assert bones == {}
     assert shapes["JawOpen"] == pytest.approx(0.4)
 

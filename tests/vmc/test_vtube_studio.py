@@ -55,7 +55,7 @@ def test_a_packet_is_a_frame_of_arkit_shapes_and_the_head() -> None:
 def test_its_x_is_yaw_and_its_y_pitch(
     sent: tuple[float, float, float], yaw: float, pitch: float, roll: float
 ) -> None:
-    _, bones = decode.read_face(VTUBE_STUDIO, packet(sent))
+    _, bones, _ = decode.read_face(VTUBE_STUDIO, packet(sent))
     found = np.degrees(rotation.to_euler_yxz(np.array(bones["Head"][1])))
     assert found == pytest.approx((yaw, pitch, roll), abs=1e-3)
 
@@ -94,8 +94,54 @@ def test_what_is_damaged_is_refused_and_never_raises(datagram: bytes) -> None:
 def test_names_that_are_none_of_arkits_are_passed_over() -> None:
     shapes, _ = read(packet().replace(b'"k":"JawOpen"', b'"k":"Hapi"'))
     assert "Hapi" in shapes
-    known, _ = decode.read_face(VTUBE_STUDIO, packet().replace(b'"k":"JawOpen"', b'"k":"Hapi"'))
-    assert len(known) == len(ARKIT_SHAPES) - 1
+    known, _, unknown = decode.read_face(VTUBE_STUDIO, packet().replace(b'"k":"JawOpen"', b'"k":"Hapi"'))
+    assert (len(known), unknown) == (len(ARKIT_SHAPES) - 1, 1)
+
+
+def flood(number: int, beside: bytes = b"") -> bytes:
+    """A packet of fifty names that nobody has met before."""
+    strange = b",".join(b'{"k":"Strange%d_%d","v":0.5}' % (number, i) for i in range(50))
+    return (
+        packet().replace(b'"BlendShapes":[', b'"BlendShapes":[' + strange + b",", 1)
+        if beside
+        else (b'{"FaceFound":true,"Rotation":{"x":0,"y":0,"z":0},"BlendShapes":[' + strange + b"]}")
+    )
+
+
+@pytest.mark.parametrize("beside", [b"", b"a face"])
+def test_a_flood_of_strange_names_is_no_motion(beside: bytes) -> None:
+    assembler = FrameAssembler()
+    for number in range(20):
+        assert assembler.feed(number / 60, flood(number, beside), "10.0.0.7:50000", 11125) == []
+    assert (assembler.packets_bad, assembler.absurd, assembler.unknown) == (20, 20, 0)
+    assert assembler.sources == ()
+
+
+def test_a_flood_over_udp_is_shut_out_and_a_phone_beside_it_is_heard() -> None:
+    here = bind(0, "127.0.0.1")
+    receiver = Receiver([here])
+    to = here.getsockname()
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as phone,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as flooding,
+    ):
+        rows = number = 0
+        ends = clock.now() + 30
+        while (rows < 20 or not receiver.stats(clock.now()).packets_refused) and clock.now() < ends:
+            for _ in range(40):
+                number += 1
+                flooding.sendto(flood(number), to)
+            phone.sendto(packet(JawOpen=number % 7 / 7).replace(b'"k":"JawLeft"', b'"k":"Newer"'), to)
+            receiver.wait(0.01)
+            rows += sum(map(len, receiver.poll(clock.now())))
+        stats = receiver.stats(clock.now())
+    receiver.close()
+    assert rows >= 20
+    assert stats.packets_refused > 0
+    # The phone's new name is left out and counted apart; the packet is a good one.
+    assert stats.values_unknown >= rows
+    (source,) = stats.sources
+    assert set(source.shapes) == set(ARKIT_SHAPES) - {"JawLeft"}
 
 
 def test_a_phone_that_is_asked_is_received() -> None:

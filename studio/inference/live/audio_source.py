@@ -60,6 +60,10 @@ class AudioSource(Protocol):
     def ended(self) -> bool:
         """Nothing more will come: a file is over."""
 
+    @property
+    def unheard(self) -> str:
+        """Why what should be played is not heard, in a sentence; "" where it is, or nothing should be."""
+
     def start(self) -> None:
         """Open it; StudioError where it cannot be."""
 
@@ -108,6 +112,11 @@ class Microphone:
     def ended(self) -> bool:
         """Never: it may come back."""
         return False
+
+    @property
+    def unheard(self) -> str:
+        """Nothing of it is played here."""
+        return ""
 
     def start(self) -> None:
         """Open it.
@@ -262,6 +271,12 @@ class SoundFile:
     def ended(self) -> bool:
         """Whether it was given and heard to its end."""
         return self._over and not self._player.playing
+
+    @property
+    def unheard(self) -> str:
+        """Why the file is not heard while it is performed; "" where it is."""
+        problem = self._player.problem
+        return problem.what if problem is not None else ""
 
     def start(self) -> None:
         """Begin; it is heard `ahead` seconds from now."""

@@ -62,6 +62,7 @@ class Facts:
         load: share of a core used by making poses lately.
         drift_ppm: how much longer the device's second is than the computer's.
         lost: no sound has come for a while.
+        unheard: why the sound that is performed is not heard, "" where it is.
     """
 
     peak_dbfs: float
@@ -78,6 +79,7 @@ class Facts:
     load: float
     drift_ppm: float
     lost: bool
+    unheard: str = ""
 
 
 class Performance:
@@ -228,6 +230,7 @@ class Performance:
             self._load,
             sound.drift_ppm,
             lost,
+            self.source.unheard,
         )
 
     def reset_clip(self) -> None:

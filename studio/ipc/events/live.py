@@ -103,6 +103,7 @@ class LiveStateEvent(ChildEvent, frozen=True):
         muted, frozen, neutral, gain_on, idles, opens_early: the switches.
         clipped: the sound clipped.
         lost: no sound comes from the microphone.
+        unheard: why the sound that is performed is not heard, "" where it is.
         idling: how far the avatar idles, 0 to 1.
         load: share of a core used.
         targets: the state of each target.
@@ -141,6 +142,7 @@ class LiveStateEvent(ChildEvent, frozen=True):
     settled: bool = True
     mood: str = ""
     opens_early: bool = True
+    unheard: str = ""
 
 
 class LiveDone(DoneEvent, frozen=True):

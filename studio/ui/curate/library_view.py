@@ -37,6 +37,8 @@ EMOTION_PX = 64
 SHARES = {"take": (96, 0.28), "grade": (72, 0.42), "tags": (46, 0.14)}
 """Least pixels, and the share of what the fixed columns leave; the note gets the rest."""
 LEAST_NOTE = 40
+LEAST_TABLE = 76
+"""Pixels: the header and a row."""
 SEARCH_WAIT_MS = 120
 FLASH_MS = 1_500
 IMPORT_PICTURE = 96
@@ -414,6 +416,8 @@ class Library(Card):
         self._none.setAlignment(Qt.AlignmentFlag.AlignCenter)
         theme.as_role(self._none, "muted")
         holder = QWidget()
+        # Not as much as "To fix" would have: a take with many labels needs it for its timeline.
+        holder.setMinimumHeight(LEAST_TABLE)
         for name in ("emotion", "tags"):
             self.table.setColumnHidden(_place(name), True)
         self._stack = QStackedLayout(holder)

@@ -52,6 +52,8 @@ class CuratePresenter(QObject):
         self.media = MissingMediaPresenter(view, model, session)
         self.bones = BoneTablePresenter(session, view)
         view.inspector.bones_requested.connect(self.bones.ask_of)
+        model.playing.playing_changed.connect(self._on_looked)
+        view.library.fix_button.clicked.connect(self._on_looked)
         view.record_requested.connect(lambda: session.tab_requested.emit("record"))
         model.open()
 
@@ -79,6 +81,11 @@ class CuratePresenter(QObject):
             card.close()
         self.model.close()
         self.bench.close()
+
+    def _on_looked(self, on: bool) -> None:
+        """A take is played, or what is to be fixed is shown: a tab that only opens checks nothing."""
+        if on:
+            self._session.step_done.emit("check")
 
     def _show_message(self, sentence: str, remedy: str, changed: bool) -> None:
         if changed:

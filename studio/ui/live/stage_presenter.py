@@ -8,6 +8,7 @@ from PySide6.QtCore import QObject, QTimer
 
 from studio.capture.device_names import title_of
 from studio.ipc.events import LiveStateEvent, PoseEvent
+from studio.ui.language import native
 from studio.ui.live.model import LiveModel
 from studio.ui.live.task import Phase
 from studio.ui.live.view import LiveView
@@ -141,6 +142,9 @@ class StatusPresenter(QObject):
             return text.format(source), "bad"
         if state.muted:
             return self.tr("Muted: nothing you say is heard ({0}).").format(mute), "warn"
+        if state.unheard:
+            text = self.tr("Live: {0} is performed, but you can't hear it.").format(source)
+            return f"{text} {native(state.unheard)}", "warn"
         if state.speaking:
             return self.tr("Live: {0} is heard.").format(source), "good"
         idles = self.tr("Live. You are silent, so the avatar idles.")

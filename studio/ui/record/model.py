@@ -152,8 +152,10 @@ class RecordModel(QObject):
         self.active = True
         self._timer.setInterval(SHOWN_MS)
         self._timer.start()
-        if self._practice_rests:
-            self._practice_rests, chosen = False, self.practice_voice
+        rests, self._practice_rests = self._practice_rests, False
+        # What is recorded was begun without it.
+        if rests and not self._recording:
+            chosen = self.practice_voice
             self.set_practising(True)
             self.practice_voice = chosen
 
@@ -164,7 +166,7 @@ class RecordModel(QObject):
         self.player.stop()
         self._timer.setInterval(HIDDEN_MS)
         # It would speak into what is watched there, and take time from what is trained.
-        if self.practice.on and not (self._session.rolling or self.busy or self.countdown.running):
+        if self.practice.on and not self._recording:
             self._practice_rests = True
             self.set_practising(False)
 
@@ -184,6 +186,8 @@ class RecordModel(QObject):
         if recorder is not None:
             tasks.run(recorder.close, lambda _: None, owner=self)
         self.player.stop()
+        # Who left a project with it does not hear it in the next.
+        self._practice_rests = False
         project = self._session.project
         if project is None:
             return
@@ -227,6 +231,11 @@ class RecordModel(QObject):
         """
         if self._session.rolling and self.recorder is not None:
             self.recorder.stop()
+
+    @property
+    def _recording(self) -> bool:
+        """Whether a take rolls, is about to, or is being saved."""
+        return bool(self._session.rolling or self.busy or self.countdown.running)
 
     @property
     def settling(self) -> bool:
@@ -377,8 +386,7 @@ class RecordModel(QObject):
 
     def set_finding(self, on: bool) -> None:
         """Listen on all known ports, or on those chosen again; nothing is done while a take rolls."""
-        begun = self._session.rolling or self.busy or self.countdown.running
-        if on != self.finding and not (on and begun):
+        if on != self.finding and not (on and self._recording):
             self.finding = on
             self.finding_changed.emit()
 

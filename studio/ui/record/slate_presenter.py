@@ -22,10 +22,12 @@ class SlatePresenter(QObject):
         super().__init__(bar)
         self._bar, self._model, self._session = bar, model, session
         self._show_seconds()
+        self._on_recorder()
         session.settings_changed.connect(self._on_settings)
         bar.slate_edited.connect(model.set_slate)
         bar.countdown_chosen.connect(lambda seconds: session.change_settings(countdown=seconds))
         bar.pre_roll_chosen.connect(lambda seconds: session.change_settings(pre_roll=seconds))
+        model.recorder_changed.connect(self._on_recorder)
         model.slate_changed.connect(lambda: bar.show_take(model.slate, model.number))
         model.about_to_roll.connect(lambda: model.set_slate(bar.slate.text()))
         model.polled.connect(self._show_free)
@@ -42,6 +44,10 @@ class SlatePresenter(QObject):
             self._show_seconds()
         if "slate" in changed:
             self._model.set_slate(self._session.settings.slate)
+
+    def _on_recorder(self) -> None:
+        # A project that opens shows its button at once, and lets it be pressed with its first snapshot.
+        self._bar.show_button(self.tr("Record  F1"), rolling=False, enabled=False)
 
     def _show_frame(self, snap: Snapshot) -> None:
         bar, model, rolling = self._bar, self._model, self._session.rolling

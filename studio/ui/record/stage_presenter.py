@@ -26,6 +26,7 @@ class RecordStagePresenter(QObject):
         self._skeleton: Skeleton | None = None
         self._avatars = Avatars(view, session)
         view.figure.empty_clicked.connect(self._on_empty_clicked)
+        model.recorder_changed.connect(self._on_recorder)
         model.frame_due.connect(self._show_frame)
         model.text_due.connect(self._show_text)
 
@@ -34,6 +35,12 @@ class RecordStagePresenter(QObject):
             self._model.set_practising(False)
         else:
             self._model.trackers_requested.emit()
+
+    def _on_recorder(self) -> None:
+        """Show nobody until motion comes: what is on the stage came into the project before."""
+        self._view.figure.clear()
+        self._view.face.hide()
+        self._view.shapes.clear()
 
     def _show_frame(self, snap: Snapshot) -> None:
         view, player, practice = self._view, self._model.player, self._model.practice

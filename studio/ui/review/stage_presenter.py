@@ -8,6 +8,7 @@ from PySide6.QtCore import QObject, QTimer
 from studio.errors import StudioError
 from studio.evaluation.verdict import in_words
 from studio.metrics.comparison import MotionComparison
+from studio.metrics.scores import is_still
 from studio.render.world_pose import WorldPose
 from studio.ui.avatar_store import Avatars
 from studio.ui.language import native
@@ -198,6 +199,11 @@ class StagePresenter(QObject):
             return "", ""
         # People read the words; who wants the figures behind them finds them in the tip.
         words = native(in_words(c.pearson, c.motion_ratio))
+        # Of a mouth that barely moves that it is shut says nothing.
+        if c.closings is not None and c.closings[1] and not is_still(c.motion_ratio):
+            lips = self.tr("lips closed {0} of {1} times").format(*c.closings)
+            # First, since a small window cuts the end.
+            words = f"{lips}, {words}" if words else lips
         parts = []
         if c.rmse is not None:
             parts.append(self.tr("error {0}").format(f"{c.rmse:.3f}"))
@@ -213,6 +219,7 @@ class StagePresenter(QObject):
             "error: how far the face alone is off, 0 to 1; less is better (Train's counts the body too)\n"
             "r: whether the face moves at the same moments; 1 follows exactly, 0 not at all\n"
             "motion: how much the face moves; 1 is as much as the performer\n"
-            "bones: how far the bones are turned wrong, in degrees; less is better"
+            "bones: how far the bones are turned wrong, in degrees; less is better\n"
+            "lips closed: how many of the times that your mouth closed this one does too"
         )
         return self.tr("This take: {0}").format(words), "\n\n".join(("  ".join(parts), tip))

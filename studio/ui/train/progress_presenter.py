@@ -36,11 +36,11 @@ class ProgressPresenter(QObject):
         self._preview = PreviewPresenter(view.preview)
         self._desktop = DesktopNotifier(view)
         self._ready = ""  # the run that is ready and was not watched yet
-        self._said = ""  # what the message of that says
+        self._said = "", ""  # the run of which a message said last that it is ready, and its words
         session.watch_requested.connect(self._on_watch)
         session.review_requested.connect(self._on_watch)
         session.run_shown.connect(self._on_watch)
-        session.project_opened.connect(lambda: self._show_ready(""))
+        session.project_opened.connect(self._on_project_opened)
         view.watch_requested.connect(lambda: session.watch_requested.emit(model.shown))
         view.stop_requested.connect(model.training.stop)
         view.cancel_requested.connect(self.ask_cancel)
@@ -109,7 +109,7 @@ class ProgressPresenter(QObject):
         if self._model.here:
             for tab in ("train", "review"):
                 self._session.news_changed.emit(tab, text)
-            self._ready, self._said = run, text
+            self._ready, self._said = run, (run, text)
             self._model.read_verdict(
                 run, lambda found: self._tell_ready(run, text, native(found.quality), action)
             )
@@ -135,7 +135,14 @@ class ProgressPresenter(QObject):
     def _on_watch(self, run: str) -> None:
         if run and run == self._ready:
             self._show_ready("")
-            messages.dismiss_note(self._view, self._said)
+        # Another training may have begun since; what its message offers is done all the same.
+        if run and run == self._said[0]:
+            messages.dismiss_note(self._view, self._said[1])
+
+    def _on_project_opened(self) -> None:
+        """What another project's run offers cannot be done in this one."""
+        self._show_ready("")
+        messages.dismiss_note(self._view, self._said[1])
 
     def _on_failed(self, error: StudioError) -> None:
         smaller = self._training.progress.smaller

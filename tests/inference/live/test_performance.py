@@ -32,7 +32,7 @@ class Given:
     """A source that gives its sound as time goes by, with the device's delay."""
 
     def __init__(self, now: Now, sound: np.ndarray, late: float = 0.004) -> None:
-        self.name, self.ended = "given", False
+        self.name, self.ended, self.unheard = "given", False, ""
         self.now, self.sound, self.late = now, sound, late
         self.place, self.rate, self.began = 0, RATE, now.t
         self.restarted = True

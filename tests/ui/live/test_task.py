@@ -47,6 +47,24 @@ def test_what_gets_ready_is_left_at_once(live: Room, qtbot: QtBot) -> None:
 
 
 @pytest.mark.slow
+def test_that_nobody_hears_a_file_is_said_for_as_long_as_it_is_so(live: Room, qtbot: QtBot) -> None:
+    view, presenter, session = live
+    session.change_settings(audio_output="No such loudspeaker")
+    view.source.start.click()
+    qtbot.waitUntil(lambda: presenter.model.task.phase == Phase.LIVE)
+    said: list[str] = []
+    presenter.model.noticed.connect(said.append)
+    gone = "Live: voice.wav is performed, but you can't hear it."
+    # First as a notice with what to do, which goes; then for good.
+    qtbot.waitUntil(lambda: view.status.text().startswith(gone))
+    assert presenter.model.state is not None
+    assert presenter.model.state.unheard
+    assert view.status.text() == f"{gone} {presenter.model.state.unheard}"
+    view.source.start.click()
+    qtbot.waitUntil(lambda: not presenter.model.task.running)
+
+
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="a process is not stopped by a signal there")
 def test_an_avatar_performs_a_file_and_one_that_hangs_is_ended(
     live: Room, tmp_path: Path, qtbot: QtBot

@@ -550,6 +550,33 @@ def test_a_project_moved_in_mid_take_keeps_it_and_says_where(room: Room, sender:
     assert not folder.exists()
 
 
+def test_a_project_that_opens_shows_its_button_and_nothing_of_the_one_before(
+    room: Room, sender: Sender, port: int, qtbot, tmp_path
+) -> None:
+    qtbot.waitUntil(lambda: set(room.view.shapes.shown_names) == set(VRM0_SHAPES))
+    # Of the port of the next one, nobody knows.
+    sender.stop()
+    room.session.change_settings(vmc_port=free_port())
+    Project.create(tmp_path / "Other").close()
+    room.session.open_project(tmp_path / "Other")
+    button = room.view.slate_bar.record
+    assert (button.text(), button.isEnabled()) == ("Record  F1", False)
+    assert not button.icon().isNull()
+    qtbot.waitUntil(lambda: room.ready)
+    assert room.view.shapes.shown_names == ()
+    assert room.view.figure.empty
+    assert button.text() == "Record  F1"
+
+
+def test_the_button_says_record_before_anything_is_open(qtbot, qapp) -> None:
+    theme.apply(qapp)
+    made = Room(Session())
+    qtbot.addWidget(made.view)
+    button = made.view.slate_bar.record
+    assert (button.text(), button.isEnabled()) == ("Record  F1", False)
+    made.presenter.close()
+
+
 def test_what_comes_late_of_a_project_that_was_left_is_none_of_the_next(room: Room, qtbot, tmp_path) -> None:
     first = room.project
     Project.create(tmp_path / "Other").close()
@@ -667,6 +694,35 @@ def test_the_practice_performer_rests_while_another_tab_is_shown_unless_a_take_r
     room.presenter.deactivate()
     room.presenter.activate()
     assert not practice.on, "who was sent away stays away"
+
+
+def test_a_resting_practice_performer_comes_back_into_no_other_project_and_no_take(
+    room: Room, qtbot, tmp_path
+) -> None:
+    # Its process would take seconds to start each time.
+    model = room.model
+    model.practice = practice = PracticeTask(model, FakeChildTask())
+    room.view.inputs.practice.click()
+    room.presenter.deactivate()
+    # From another tab, by the one key.
+    room.presenter.toggle()
+    qtbot.waitUntil(lambda: room.session.rolling and not model.busy)
+    room.presenter.activate()
+    assert not practice.on
+    room.presenter.toggle()
+    qtbot.waitUntil(lambda: len(room.project.takes) == 1 or (not room.session.rolling and not model.busy))
+    room.presenter.deactivate()
+    room.presenter.activate()
+    assert not practice.on, "who came back without it goes on without it"
+    room.view.inputs.practice.click()
+    assert practice.on
+    # As the window does: the tab is left with its project.
+    room.presenter.deactivate()
+    room.session.close_project()
+    room.session.create_project(tmp_path / "Other")
+    room.presenter.activate()
+    assert not practice.on
+    qtbot.waitUntil(lambda: room.ready)
 
 
 def recorder_hears(room: Room) -> bool:

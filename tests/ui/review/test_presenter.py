@@ -16,6 +16,7 @@ from pytestqt.qtbot import QtBot
 from studio.cli import main
 from studio.dataset import edits
 from studio.formats import bvh
+from studio.metrics.scores import is_still
 from studio.take.motion_file import read_motion
 from studio.training.styles import RunChoice, RunSelection
 from studio.ui.messages import Toast
@@ -374,6 +375,11 @@ def test_a_run_is_shown_beside_the_capture_and_kept(
     assert view.bar.first.run.currentData() == "quick_001", "the newest run comes up where none was chosen"
     qtbot.waitUntil(lambda: presenter.model.predicted is not None, timeout=2 * MINUTE)
     qtbot.waitUntil(lambda: bool(_text(view, "review_metrics")), timeout=MINUTE)
+    comparison = presenter.model.comparison
+    assert comparison is not None
+    assert comparison.closings is not None
+    closed = "lips closed {} of {} times".format(*comparison.closings)
+    assert (closed in _text(view, "review_metrics")) is not is_still(comparison.motion_ratio)
     assert view.stage.captured.isVisible()
     assert view.stage.predicted.isVisible()
     kept = list((project.folder / ".cache" / "generated" / "quick_001").glob("*.arrow"))

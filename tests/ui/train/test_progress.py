@@ -93,3 +93,21 @@ def test_the_message_that_a_run_is_ready_goes_when_it_is_seen(
     messages.show_failure(view, "The disk is full.", "Make room.")
     session.run_shown.emit("quick_002")
     assert toast.isVisible(), "errors stay"
+
+
+def test_what_a_message_offers_may_be_done_elsewhere_and_later(
+    tab: tuple[TrainView, TrainPresenter], child: FakeChildTask, session: Session
+) -> None:
+    view, presenter = tab
+    presenter.model.start(TrainRequest("quick"))
+    child.end(TrainDone("quick_001"))
+    toast = messages.toast_of(view.window())
+    assert toast is not None
+    presenter.model.start(TrainRequest("quick"))
+    assert toast.isVisible()
+    session.watch_requested.emit("quick_001")
+    assert not toast.isVisible(), "watched by another button, while the next one is trained"
+    child.end(TrainDone("quick_002"))
+    assert toast.isVisible()
+    session.project_opened.emit()
+    assert not toast.isVisible(), "there is no such run in another project"

@@ -184,27 +184,38 @@ class Lane:
 
 RULER, LABELS, PROBLEMS, HEAT, OVERVIEW, GAP = 26, 24, 22, 8, 12, 4
 MIN_SOUND = 48
+LEAST_ROW, LEAST_SOUND = 16, 24
+"""Pixels of a row of labels or problems, and of sound with motion, where there is little room."""
 
 
 def lay_out(
     height: int, tiers: tuple[str, ...], *, curves: bool, problems: bool, heat: bool
 ) -> tuple[Lane, ...]:
-    """The lanes from top to bottom: sound and motion share what the fixed ones leave."""
-    fixed = RULER + GAP + OVERVIEW + len(tiers) * LABELS
-    fixed += (PROBLEMS if problems else 0) + (HEAT + GAP if heat else 0) + (GAP if tiers or problems else 0)
-    free = max(height - fixed - (GAP if curves else 0), MIN_SOUND)
+    """The lanes from top to bottom: sound and motion share what the fixed ones leave.
+
+    Where that is little, rows get thinner first, then the overview goes, and the sound gets thinner. The last
+    lane ends at the height, or below it where even so they need more.
+    """
+    count = len(tiers) + problems
+    fixed = RULER + (GAP if curves else 0) + (HEAT + GAP if heat else 0) + (GAP if count else 0)
+    overview = fixed + GAP + OVERVIEW + count * LEAST_ROW + MIN_SOUND <= height
+    fixed += GAP + OVERVIEW if overview else 0
+    row = max((height - fixed - MIN_SOUND) // count, LEAST_ROW) if count else 0
+    label, problem = min(row, LABELS), min(row, PROBLEMS)
+    free = max(height - fixed - len(tiers) * label - problems * problem, LEAST_SOUND)
     sound = int(free * 0.52) if curves else free
     rows = [("ruler", RULER, ""), ("sound", sound, "")]
     if heat:
         rows += [("", GAP, ""), ("heat", HEAT, "")]
     if curves:
         rows += [("", GAP, ""), ("motion", free - sound, "")]
-    if tiers or problems:
+    if count:
         rows.append(("", GAP, ""))
-    rows += [("labels", LABELS, tier) for tier in tiers]
+    rows += [("labels", label, tier) for tier in tiers]
     if problems:
-        rows.append(("problems", PROBLEMS, ""))
-    rows += [("", GAP, ""), ("overview", OVERVIEW, "")]
+        rows.append(("problems", problem, ""))
+    if overview:
+        rows += [("", GAP, ""), ("overview", OVERVIEW, "")]
     lanes: list[Lane] = []
     top = 0
     for kind, size, tier in rows:

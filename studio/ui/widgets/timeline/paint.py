@@ -11,7 +11,17 @@ from PySide6.QtGui import QBrush, QColor, QFontMetricsF, QImage, QPainter, QPen,
 
 from studio.dataset import Label
 from studio.ui import theme
-from studio.ui.widgets.timeline.content import GUTTER, Content, Curve, Floats, Lane, Mark, PeakSource, Span
+from studio.ui.widgets.timeline.content import (
+    GUTTER,
+    LEAST_ROW,
+    Content,
+    Curve,
+    Floats,
+    Lane,
+    Mark,
+    PeakSource,
+    Span,
+)
 from studio.ui.widgets.timeline.sound_lane import (
     columns_image,
     heat_colours,
@@ -39,7 +49,12 @@ def label_rect(label: Label, lane: Lane, left: float, view: TimeView) -> QRectF:
     if label.duration <= 0:
         metrics = QFontMetricsF(theme.ui_font(theme.CAPTION_PX))
         wide = max(wide, metrics.horizontalAdvance(label.text) + 14)
-    return QRectF(x, lane.top + 2, wide, lane.height - 4)
+    return QRectF(x, lane.top + _inset(lane), wide, lane.height - 2 * _inset(lane))
+
+
+def _inset(lane: Lane) -> float:
+    """Above and below a bar: in a thin lane its words need the room."""
+    return 0.5 if lane.height <= LEAST_ROW else 2.5
 
 
 def paint_ruler(painter: QPainter, lane: Lane, left: float, view: TimeView) -> None:
@@ -132,7 +147,7 @@ def paint_labels(
 def mark_rect(mark: Mark, lane: Lane, left: float, view: TimeView) -> QRectF:
     """Where a problem lies on its lane, at least wide enough for its sign."""
     x, end = view.x(mark.t), view.x(mark.t + mark.duration)
-    return QRectF(left + x, lane.top + 3, max(end - x, 16.0), lane.height - 6)
+    return QRectF(left + x, lane.top + _inset(lane), max(end - x, 16.0), lane.height - 2 * _inset(lane))
 
 
 def paint_problems(painter: QPainter, lane: Lane, left: float, view: TimeView, marks: Sequence[Mark]) -> None:
@@ -372,7 +387,7 @@ def paint_above(painter: QPainter, content: Content, lanes: tuple[Lane, ...], vi
 
 def spread(lanes: tuple[Lane, ...]) -> tuple[float, float]:
     """Top of the sound and bottom of the last lane above the overview."""
-    return float(lanes[0].bottom), float(lanes[-2].bottom)
+    return float(lanes[0].bottom), float(max(one.bottom for one in lanes if one.kind != "overview"))
 
 
 def _paint_lane(painter: QPainter, content: Content, lane: Lane, view: TimeView) -> None:

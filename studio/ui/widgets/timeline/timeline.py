@@ -44,6 +44,8 @@ from studio.ui.widgets.timeline.time_view import TimeView
 __all__ = ["GUTTER", "Timeline"]
 
 ZOOM_STEP = 1.25
+LEAST_HEIGHT = 140
+"""Pixels; a take with many tiers of labels needs more."""
 
 
 class Timeline(QWidget):
@@ -71,7 +73,7 @@ class Timeline(QWidget):
         self.setAccessibleName(self.tr("Timeline"))
         self.setMouseTracking(True)
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
-        self.setMinimumHeight(140)
+        self.setMinimumHeight(LEAST_HEIGHT)
         self._view = TimeView()
         self.content = Content()
         self._vocabulary: tuple[str, ...] = ()
@@ -221,15 +223,18 @@ class Timeline(QWidget):
     def lanes(self) -> tuple[Lane, ...]:
         """Its strips from top to bottom."""
         if self._lanes is None:
-            content = self.content
-            self._lanes = lay_out(
-                self.height(),
-                content.tiers,
-                curves=bool(content.curves),
-                problems=bool(content.problems),
-                heat=content.heat is not None,
-            )
+            self._lanes = self._lay_out(self.height())
         return self._lanes
+
+    def _lay_out(self, height: int) -> tuple[Lane, ...]:
+        content = self.content
+        return lay_out(
+            height,
+            content.tiers,
+            curves=bool(content.curves),
+            problems=bool(content.problems),
+            heat=content.heat is not None,
+        )
 
     # -- where it looks ------------------------------------------------------------------------
 
@@ -393,6 +398,7 @@ class Timeline(QWidget):
 
     def _repaint_all(self) -> None:
         self._picture = self._lanes = None
+        self.setMinimumHeight(max(LEAST_HEIGHT, self._lay_out(0)[-1].bottom))
         self.update()
 
 

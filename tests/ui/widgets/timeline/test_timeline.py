@@ -254,6 +254,22 @@ def test_lanes_fill_the_height_without_overlapping() -> None:
     assert lanes[-1].bottom == 400
 
 
+@pytest.mark.parametrize("curves", [False, True])
+@pytest.mark.parametrize("tiers", range(7))
+def test_no_lane_falls_off_a_timeline_that_is_as_low_as_it_gets(
+    timeline: Timeline, tiers: int, curves: bool
+) -> None:
+    timeline.set_tiers({f"tier {i}": f"Tier {i}" for i in range(tiers)})
+    timeline.set_problems([Mark(1.0, 1.0, "warn", "gap", "A gap.")])
+    timeline.set_curves({"A": (np.arange(10.0), np.zeros(10), 0)} if curves else {})
+    timeline.resize(600, timeline.minimumHeight())
+    lanes = timeline.lanes
+    assert lanes[-1].bottom == timeline.height()
+    assert all(a.bottom <= b.top for a, b in pairwise(lanes))
+    assert min(lane.height for lane in lanes if lane.kind in ("labels", "problems")) >= 16
+    assert timeline.minimumHeight() == 140 or tiers > 2
+
+
 class Tone:
     """A spectrum with one loud band in the second half of ten seconds."""
 
