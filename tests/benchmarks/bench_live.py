@@ -72,7 +72,7 @@ def speech_form(folder: Path, output: str) -> dict[str, Any]:
 
 
 def quality(folder: Path) -> dict[str, Any]:
-    """Quick as it is beside one that hears 33 ms further, on real takes left out in turn: figures and ratios."""
+    """Quick as it is beside one that hears 33 ms further, on real takes left out in turn, with ratios."""
     from tests.benchmarks.bench_learning import DATA, TAKES, fold, saia
 
     if not (DATA / "Audio").is_dir():
