@@ -1,4 +1,4 @@
-"""A BVH of somebody who strays through the room, imported and learnt: the body stands, its feet do not slide."""
+"""A BVH of somebody who strays through the room, imported and learnt: the body stands and its feet stay."""
 
 from __future__ import annotations
 
