@@ -22,7 +22,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))  # the speaker is made beside this
 
-PERFORMERS, SPEAKER = (0, 3, 5), 7
+PERFORMERS, SPEAKER = (0, 3), 7
 TAKES = 8
 LINES = 7
 EPOCHS = "training.epochs=3"
