@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,16 +35,62 @@ def place_errors(pairs: Sequence[Pair]) -> Figures:
     mean |FK(p) - FK(t)| in the avatar's own space, the hips' motion included.
     Source: Ionescu et al. 2014 (Human3.6M), mean per-joint position error.
     """
+    # In the avatar's own space: where a performer stood in the room is not the model's to know.
+    return _apart(pairs, joint_places, "")
+
+
+def place_parts(pairs: Sequence[Pair]) -> Figures:
+    """What the distance between joints in the room is made of, of pairs whose roots tell where they stand.
+
+    Returns:
+        head_room_cm, wrist_room_cm: as place_errors, the root included.
+        stand_cm, heading_deg: of the root alone, which no sound tells.
+        head_hips_cm, wrist_hips_cm: seen from the hips and as they are turned: of the pose alone.
+    """
+    roots = [(pair.predicted, pair.truth, pair.counts) for pair in pairs if pair.bones]
+    found = _apart(pairs, _room_places, "_room") | _apart(pairs, _hips_places, "_hips")
+    for name, errors in (
+        ("stand_cm", [100 * _norm(p.root_position - t.root_position)[c] for p, t, c in roots]),
+        (
+            "heading_deg",
+            [np.degrees(rotation.angle_between(p.root_rotation, t.root_rotation))[c] for p, t, c in roots],
+        ),
+    ):
+        found[name] = float(np.concatenate(errors).mean()) if errors else None
+    return found
+
+
+def _apart(pairs: Sequence[Pair], seen: Callable[[Pair, Motion], Array], where: str) -> Figures:
     errors: dict[str, list[Array]] = {name: [] for name in PLACES}
     for pair in pairs:
-        places = joint_places(pair, pair.predicted), joint_places(pair, pair.truth)
+        places = seen(pair, pair.predicted), seen(pair, pair.truth)
         for name, bones in PLACES.items():
             chosen = [j for j, bone in enumerate(pair.bones) if bone in bones]
-            # In the avatar's own space: where a performer stood in the room is not the model's to know.
-            apart = np.linalg.norm(places[0][:, chosen] - places[1][:, chosen], axis=-1)
+            apart = _norm(places[0][:, chosen] - places[1][:, chosen])
             errors[name].append(100.0 * apart[pair.counts].ravel())
     found = {name: np.concatenate(parts) if parts else np.zeros(0) for name, parts in errors.items()}
-    return {name: float(values.mean()) if values.size else None for name, values in found.items()}
+    return {
+        name.replace("_cm", where + "_cm"): float(values.mean()) if values.size else None
+        for name, values in found.items()
+    }
+
+
+def _room_places(pair: Pair, motion: Motion) -> Array:
+    places = rotation.rotate(motion.root_rotation[:, None], joint_places(pair, motion))
+    return np.asarray(places + motion.root_position[:, None])
+
+
+def _hips_places(pair: Pair, motion: Motion) -> Array:
+    if "Hips" not in motion.bone_names:
+        return joint_places(pair, motion)
+    hips = motion.bone_names.index("Hips")
+    positions, rotations = motion.positions.copy(), motion.rotations.copy()
+    positions[:, hips], rotations[:, hips] = 0.0, rotation.IDENTITY
+    return joint_places(pair, replace(motion, positions=positions, rotations=rotations))
+
+
+def _norm(values: Array) -> Array:
+    return np.asarray(np.linalg.norm(values, axis=-1))
 
 
 def joint_places(pair: Pair, motion: Motion) -> Array:

@@ -13,6 +13,7 @@ from studio.metrics.face import closings, face_figures
 from studio.metrics.scores import Array, Figures, Pair, geodesic_errors, part_figures, score
 from studio.motion import Motion
 from studio.motion.grid import learnt_rate, on_grid
+from studio.motion.standing import standing
 
 MOST_FPS = 30.0
 """Figures are measured on no more frames a second than this."""
@@ -54,6 +55,8 @@ def pair_on_frames(
 ) -> Pair:
     """Both motions on even frames at the captured rate, or a whole fraction of it not above MOST_FPS.
 
+    Each stands where its own feet do, what it strays through the room in its root.
+
     Args:
         predicted, captured: times from the in point, seconds.
         duration: of the sound, seconds.
@@ -61,8 +64,8 @@ def pair_on_frames(
         voice: loudness of the sound, motion.lag.RATE values a second.
     """
     # Runs learnt at different rates are compared alike, and jerk is not that of interpolation.
-    grid = on_grid(captured, duration, learnt_rate(captured.fps, MOST_FPS), excluded)
-    return Pair(grid.motion, predicted.at(grid.motion.times), grid.valid, voice)
+    grid = on_grid(captured, duration, learnt_rate(captured.fps, MOST_FPS), excluded, feet_stay=False)
+    return Pair(grid.motion, standing(predicted.at(grid.motion.times)), grid.valid, voice)
 
 
 def all_figures(pairs: Sequence[Pair]) -> Figures:

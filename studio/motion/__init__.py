@@ -22,6 +22,8 @@ sanitize        Sanitizes motion: values that are no numbers or impossible, as d
 shape_sets      VRM's expressions and ARKit's shapes made of one another. Approximate: mouths differ
 skeleton        The humanoid skeleton: hierarchy, rest pose and forward kinematics
 springs         What swings from an avatar: hair, skirts and ears, the same at any frame rate
+standing        Where a body stands: place and heading told by its feet and put into the root, and feet
+                that stay
 """
 
 from studio.motion.motion import Motion, MotionBuffer, Pose, concatenate

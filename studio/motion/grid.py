@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from studio.motion.motion import Motion
+from studio.motion.standing import planted, standing
 
 Floats = NDArray[np.float32]
 
@@ -48,15 +49,23 @@ def learnt_rate(fps: float, most_fps: float) -> Fraction:
 
 
 def on_grid(
-    motion: Motion, duration: float, fps: Fraction, excluded: Sequence[tuple[float, float]] = ()
+    motion: Motion,
+    duration: float,
+    fps: Fraction,
+    excluded: Sequence[tuple[float, float]] = (),
+    *,
+    feet_stay: bool = True,
 ) -> Grid:
     """A motion on the frames i / fps from 0 to its end or the sound's, whichever is first.
+
+    Where in the room it stands is in its root, so that the body itself stays in place.
 
     Args:
         motion: times from the in point, seconds.
         duration: of the sound, seconds.
         fps: frames a second.
         excluded: spans left out, seconds from the in point.
+        feet_stay: as it is learnt, without steps, which would slide; as it was captured where False.
     """
     end = min(float(motion.times[-1]), duration + LONGEST_GAP) if len(motion) else 0.0
     count = max(0, int(np.floor(end * float(fps) + 1e-6)) + 1) if len(motion) else 0
@@ -69,4 +78,5 @@ def on_grid(
             valid[(times > motion.times[gap] + half) & (times < motion.times[gap + 1] - half)] = 0
     for start, stop in excluded:
         valid[(times >= start) & (times < stop)] = 0
-    return Grid(motion.at(times), valid)
+    body = standing(motion.at(times))
+    return Grid(planted(body) if feet_stay else body, valid)
