@@ -33,8 +33,8 @@ class MotionComparison:
         pearson: mean correlation of the shapes that move, pearson_face; None where none does.
         motion_ratio: predicted over captured mean change of those from frame to frame, motion_ratio_face.
         degrees: mean angle between the bones, geodesic_deg; None without common bones.
-        closings: in how many of the captured mouth's closures the predicted one closes, and how many these
-            are; None where it never opens.
+        closings: in how many of the captured mouth's closures the predicted one closes, how many these are,
+            and how often it closes elsewhere; None where the captured one never opens.
     """
 
     times: NDArray[np.float64]
@@ -43,7 +43,7 @@ class MotionComparison:
     pearson: float | None
     motion_ratio: float | None
     degrees: float | None
-    closings: tuple[int, int] | None
+    closings: tuple[int, int, int] | None
 
 
 def pair_on_frames(

@@ -76,11 +76,12 @@ def closures(pairs: Sequence[Pair]) -> tuple[float | None, float | None]:
     return (both / true if true else None), (both / found if found else None)
 
 
-def closings(pair: Pair) -> tuple[int, int] | None:
-    """How often the captured mouth closes, and how many of these times the predicted one does.
+def closings(pair: Pair) -> tuple[int, int, int] | None:
+    """How often the captured mouth closes, and how well the predicted one does beside it.
 
     Returns:
-        (predicted, captured), counted in frames that count; None where no shape says so, or the captured
+        In how many of the captured closures the predicted mouth closes, how many there are, and how often the
+        predicted one closes elsewhere, in frames that count; None where no shape says so, or the captured
         mouth never opens.
     """
     captured, predicted = opening(pair.truth), opening(pair.predicted)
@@ -89,13 +90,20 @@ def closings(pair: Pair) -> tuple[int, int] | None:
         return None
     closed, opened = (span[0] + share * (span[1] - span[0]) for share in (CLOSED_SHARE, REOPENED_SHARE))
     beside = round(CLOSES_BESIDE * pair.truth.fps)
-    rows = np.flatnonzero(pair.counts & ((captured <= closed) | (captured >= opened)))
-    shut = captured[rows] <= closed
-    # A mouth that trembles at the limit closes once.
-    changes = np.flatnonzero(np.diff(np.concatenate([[False], shut, [False]]).astype(int)))
-    spans = [(int(rows[a]), int(rows[b - 1])) for a, b in zip(changes[::2], changes[1::2], strict=True)]
-    found = sum((predicted[max(a - beside, 0) : b + beside + 1] <= closed).any() for a, b in spans)
-    return int(found), len(spans)
+
+    def closes_in(course: Array, a: int, b: int) -> bool:
+        return bool((course[max(a - beside, 0) : b + beside + 1] <= closed).any())
+
+    def times(course: Array) -> list[tuple[int, int]]:
+        rows = np.flatnonzero(pair.counts & ((course <= closed) | (course >= opened)))
+        # A mouth that trembles at the limit closes once.
+        changes = np.flatnonzero(
+            np.diff(np.concatenate([[False], course[rows] <= closed, [False]]).astype(int))
+        )
+        return [(int(rows[a]), int(rows[b - 1])) for a, b in zip(changes[::2], changes[1::2], strict=True)]
+
+    found = [closes_in(predicted, a, b) for a, b in times(captured)]
+    return sum(found), len(found), sum(not closes_in(captured, a, b) for a, b in times(predicted))
 
 
 def _span(captured: Array) -> tuple[float, float] | None:

@@ -33,7 +33,7 @@ def test_a_motion_against_itself_is_perfect() -> None:
 def test_closed_lips_are_counted() -> None:
     found = compare(_motion(), _motion(), *WHOLE)
     assert found is not None
-    assert found.closings == (2, 2)
+    assert found.closings == (2, 2, 0)
 
 
 def test_half_the_motion_has_half_the_ratio() -> None:

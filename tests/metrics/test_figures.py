@@ -60,12 +60,12 @@ def test_the_times_the_lips_close_are_counted_beside_the_captured_ones() -> None
     half[300:] = 0.6  # never closes in the second half
     half[8:12] = 0.0  # and closes where it should not
     trembling = truth + 0.05 * (np.arange(600) % 2) * (truth == 0)  # closes as often, unsteadily
-    assert metrics_face.closings(Pair(face(truth, "A"), face(half, "A"))) == (15, 30)
-    assert metrics_face.closings(Pair(face(trembling, "A"), face(truth, "A"))) == (30, 30)
+    assert metrics_face.closings(Pair(face(truth, "A"), face(half, "A"))) == (15, 30, 1)
+    assert metrics_face.closings(Pair(face(trembling, "A"), face(truth, "A"))) == (30, 30, 0)
     late = np.roll(truth, 2)
-    assert metrics_face.closings(Pair(face(truth, "A"), face(late, "A"))) == (30, 30), "67 ms late"
+    assert metrics_face.closings(Pair(face(truth, "A"), face(late, "A"))) == (30, 30, 0), "67 ms late"
     valid = (np.arange(600) < 400).astype(float)
-    assert metrics_face.closings(Pair(face(truth, "A"), face(half, "A"), valid)) == (15, 20)
+    assert metrics_face.closings(Pair(face(truth, "A"), face(half, "A"), valid)) == (15, 20, 1)
     still = face(np.zeros(600), "A")
     assert metrics_face.closings(Pair(still, face(truth, "A"))) is None, "there is none to be found"
     assert metrics_face.closings(Pair(face(truth, "browInnerUp"), face(truth, "browInnerUp"))) is None

@@ -201,7 +201,7 @@ class StagePresenter(QObject):
         words = native(in_words(c.pearson, c.motion_ratio))
         # Of a mouth that barely moves that it is shut says nothing.
         if c.closings is not None and c.closings[1] and not is_still(c.motion_ratio):
-            lips = self.tr("lips closed {0} of {1} times").format(*c.closings)
+            lips = self.tr("lips closed {0} of {1} times, {2} wrongly").format(*c.closings)
             # First, since a small window cuts the end.
             words = f"{lips}, {words}" if words else lips
         parts = []
@@ -220,6 +220,7 @@ class StagePresenter(QObject):
             "r: whether the face moves at the same moments; 1 follows exactly, 0 not at all\n"
             "motion: how much the face moves; 1 is as much as the performer\n"
             "bones: how far the bones are turned wrong, in degrees; less is better\n"
-            "lips closed: how many of the times that your mouth closed this one does too"
+            "lips closed: in how many of the times that your mouth closed this one does too,\n"
+            "and how often it closes where yours did not"
         )
         return self.tr("This take: {0}").format(words), "\n\n".join(("  ".join(parts), tip))

@@ -378,7 +378,7 @@ def test_a_run_is_shown_beside_the_capture_and_kept(
     comparison = presenter.model.comparison
     assert comparison is not None
     assert comparison.closings is not None
-    closed = "lips closed {} of {} times".format(*comparison.closings)
+    closed = "lips closed {} of {} times, {} wrongly".format(*comparison.closings)
     assert (closed in _text(view, "review_metrics")) is not is_still(comparison.motion_ratio)
     assert view.stage.captured.isVisible()
     assert view.stage.predicted.isVisible()
