@@ -131,6 +131,20 @@ def test_sound_without_motion_of_an_older_take_is_left_out_once_and_may_be_used_
     assert Project.open(project.folder).dataset["early"].excluded == ()
 
 
+def test_of_an_older_take_that_is_aligned_the_sound_stays_that_its_motion_belongs_to(tmp_path: Path) -> None:
+    project = Project.create(tmp_path / "p")
+    for name, offset in (("late", 3.0), ("early", -0.5)):
+        take = project.add_take(name, TakeInfo(name), a_motion(60), a_sound(tmp_path / f"{name}.wav", 8.0))
+        write_info(take.folder, replace(take.info, left_out=()))
+        aligned = Selection(name, name, offset=offset)
+        project.edit("Align", edits.update(project.dataset, [name], lambda _, to=aligned: to))
+    project.close()
+    dataset = Project.open(project.folder).dataset
+    # Its 59 frames more than the first last 0.983 s.
+    assert dataset["late"].excluded == ((pytest.approx(3.983), 8.0),)
+    assert dataset["early"].excluded == ((pytest.approx(0.483), 8.0),)
+
+
 def test_refresh_finds_what_another_process_recorded(tmp_path: Path, sound: Path) -> None:
     project = with_takes(tmp_path / "p", sound, 1)
     code = (
