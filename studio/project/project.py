@@ -465,10 +465,15 @@ class Project:
             return
         self._takes |= found
         _rewrite(self._history, lambda dataset: without_dead_parts(dataset, found))
-        if not self.read_only:
+        if self.read_only:
+            return
+        try:
             self.save()
             for take in found.values():
                 write_info(take.folder, take.info)
+        except StudioError as error:
+            # On a full disk a project has to open, or nothing could be deleted; the next time does it anew.
+            self.problems.append((error.what, error.remedy))
 
     @property
     def _trash(self) -> Path:
