@@ -89,12 +89,14 @@ def closings(pair: Pair) -> tuple[int, int] | None:
         return None
     closed, opened = (span[0] + share * (span[1] - span[0]) for share in (CLOSED_SHARE, REOPENED_SHARE))
     beside = round(CLOSES_BESIDE * pair.truth.fps)
-    rows = np.flatnonzero(pair.counts & ((captured <= closed) | (captured >= opened)))
-    shut = captured[rows] <= closed
+    # What is left out ends a closure: the mouth may have opened in it.
+    rows = np.flatnonzero(~pair.counts | (captured <= closed) | (captured >= opened))
+    shut = (pair.counts & (captured <= closed))[rows]
     # A mouth that trembles at the limit closes once.
     changes = np.flatnonzero(np.diff(np.concatenate([[False], shut, [False]]).astype(int)))
     spans = [(int(rows[a]), int(rows[b - 1])) for a, b in zip(changes[::2], changes[1::2], strict=True)]
-    found = sum((predicted[max(a - beside, 0) : b + beside + 1] <= closed).any() for a, b in spans)
+    shuts = pair.counts & (predicted <= closed)
+    found = sum(shuts[max(a - beside, 0) : b + beside + 1].any() for a, b in spans)
     return int(found), len(spans)
 
 
