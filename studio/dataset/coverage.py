@@ -164,7 +164,7 @@ def cover_take(take: Take) -> TakeProgress:
     if take.audio_path is None or motion is None or len(motion) < 2:
         return TakeProgress(0.0, np.zeros(0), None)
     stats = measure_sound(take.audio_path)
-    away = sum(end - start for start, end in without_motion(motion, stats.duration))
+    away = sum(end - start for start, end in without_motion(motion.times, stats.duration))
     seconds = max(stats.duration - away, 0.0)
     smiling = _smiling(motion)
     # Frames may come unevenly: each counts until the next one, but for gaps.

@@ -7,7 +7,7 @@ is moved to the nearest one allowed.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -178,12 +178,6 @@ def exclude(dataset: Dataset, selection_id: str, start: float, end: float) -> Da
         return replace(selection, excluded=merged_spans((*selection.excluded, span)))
 
     return update(dataset, [selection_id], change)
-
-
-def leave_out(dataset: Dataset, spans: Mapping[str, Sequence[tuple[float, float, str]]]) -> Dataset:
-    """With spans (start, end, why), by take, left out of all that is used of it."""
-    ids = [selection.id for selection in dataset.selections if selection.take in spans]
-    return update(dataset, ids, lambda selection: without(selection, spans[selection.take]))
 
 
 def without(selection: Selection, spans: Sequence[tuple[float, float, str]]) -> Selection:

@@ -91,16 +91,17 @@ def closings(pair: Pair) -> tuple[int, int, int] | None:
     closed, opened = (span[0] + share * (span[1] - span[0]) for share in (CLOSED_SHARE, REOPENED_SHARE))
     beside = round(CLOSES_BESIDE * pair.truth.fps)
 
-    def closes_in(course: Array, a: int, b: int) -> bool:
-        return bool((course[max(a - beside, 0) : b + beside + 1] <= closed).any())
-
     def times(course: Array) -> list[tuple[int, int]]:
-        rows = np.flatnonzero(pair.counts & ((course <= closed) | (course >= opened)))
+        # What is left out ends a closure: the mouth may have opened in it.
+        rows = np.flatnonzero(~pair.counts | (course <= closed) | (course >= opened))
+        shut = np.concatenate([[False], (pair.counts & (course <= closed))[rows], [False]])
         # A mouth that trembles at the limit closes once.
-        changes = np.flatnonzero(
-            np.diff(np.concatenate([[False], course[rows] <= closed, [False]]).astype(int))
-        )
+        changes = np.flatnonzero(np.diff(shut.astype(int)))
         return [(int(rows[a]), int(rows[b - 1])) for a, b in zip(changes[::2], changes[1::2], strict=True)]
+
+    def closes_in(course: Array, a: int, b: int) -> bool:
+        shut = pair.counts & (course <= closed)
+        return bool(shut[max(a - beside, 0) : b + beside + 1].any())
 
     found = [closes_in(predicted, a, b) for a, b in times(captured)]
     return sum(found), len(found), sum(not closes_in(captured, a, b) for a, b in times(predicted))

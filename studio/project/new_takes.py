@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 
 from studio.dataset import edits
-from studio.dataset.dataset import Selection
+from studio.dataset.dataset import Dataset, Selection
 from studio.errors import StudioError
 from studio.take.folder import with_dead_parts
-from studio.take.take import Take
+from studio.take.take import Take, TakeInfo
 
 
 def selection_of(take: Take, performer: str) -> Selection:
@@ -28,6 +28,26 @@ def takes_with_dead_parts(takes: Iterable[Take]) -> dict[str, Take]:
             if known is not take:
                 found[take.id] = known
     return found
+
+
+def without_dead_parts(dataset: Dataset, takes: Mapping[str, Take]) -> Dataset:
+    """With what takes, by id, say is of no use left out of all that is used of them."""
+    ids = [selection.id for selection in dataset.selections if selection.take in takes]
+    return edits.update(dataset, ids, lambda selection: _without(selection, takes[selection.take].info))
+
+
+def _without(selection: Selection, info: TakeInfo) -> Selection:
+    # An older take may be aligned already: where its motion begins and ends has moved, the sound has not.
+    spans = [
+        (
+            start + selection.offset * (start > 0.0),
+            end + selection.offset * (end < info.duration - 0.001),
+            why,
+        )
+        for start, end, why in info.left_out
+    ]
+    held = [(max(start, 0.0), min(end, info.duration), why) for start, end, why in spans]
+    return edits.without(selection, [span for span in held if span[0] < span[1]])
 
 
 def _is_material(take: Take) -> bool:

@@ -25,7 +25,7 @@ from studio.project.contents import (
     make_folder,
     write_project_file,
 )
-from studio.project.new_takes import selection_of, takes_with_dead_parts
+from studio.project.new_takes import selection_of, takes_with_dead_parts, without_dead_parts
 from studio.project.run import BASE_VOICE, Run, base_voice, list_runs, new_run_folder
 from studio.project.trash import bring_back, put_away
 from studio.take.folder import TRASH_FOLDER, list_takes, next_number, repair_take, save_take, write_info
@@ -464,12 +464,16 @@ class Project:
         if not found:
             return
         self._takes |= found
-        dead = {take.id: take.info.left_out for take in found.values()}
-        _rewrite(self._history, lambda dataset: edits.leave_out(dataset, dead))
-        if not self.read_only:
+        _rewrite(self._history, lambda dataset: without_dead_parts(dataset, found))
+        if self.read_only:
+            return
+        try:
             self.save()
             for take in found.values():
                 write_info(take.folder, take.info)
+        except StudioError as error:
+            # On a full disk a project has to open, or nothing could be deleted; the next time does it anew.
+            self.problems.append((error.what, error.remedy))
 
     @property
     def _trash(self) -> Path:

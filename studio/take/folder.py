@@ -188,7 +188,7 @@ def _with_motion(folder: Path, info: TakeInfo, motion: Motion | None) -> TakeInf
     end = float(motion.times[-1]) if len(motion) else 0.0
     return replace(
         info,
-        left_out=(*info.left_out, *_dead_parts(info, motion)),
+        left_out=(*info.left_out, *_dead_parts(info, motion.times)),
         motion_file=path.name,
         frames=len(motion),
         fps=round(motion.fps, 3),
@@ -209,17 +209,17 @@ def with_dead_parts(take: Take) -> Take:
     short = info.frames < info.fps * (info.duration - motion_file.NO_MOTION_S)
     if path is None or info.left_out or not short:
         return take
-    dead = _dead_parts(info, motion_file.read_motion(path))
+    dead = _dead_parts(info, motion_file.read_times(path))
     return replace(take, info=replace(info, left_out=dead)) if dead else take
 
 
-def _dead_parts(info: TakeInfo, motion: Motion) -> tuple[tuple[float, float, str], ...]:
+def _dead_parts(info: TakeInfo, times: motion_file.Array) -> tuple[tuple[float, float, str], ...]:
     """Sound that nothing moved to, which teaches nothing; what is known of already is not told twice."""
-    if not info.audio_file or len(motion) < 2:
+    if not info.audio_file or len(times) < 2:
         return ()
     return tuple(
         (start, end, NO_MOTION)
-        for start, end in motion_file.without_motion(motion, max(info.duration, float(motion.times[-1])))
+        for start, end in motion_file.without_motion(times, max(info.duration, float(times[-1])))
         if not any(a < end and start < b for a, b, _ in info.left_out)
     )
 

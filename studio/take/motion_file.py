@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from studio.errors import StudioError, say
 from studio.files import atomic
@@ -21,7 +22,10 @@ from studio.take.take import Take
 if TYPE_CHECKING:
     import pyarrow as pa
 
+Array = NDArray[np.float64]
+
 SUFFIX = ".arrow"
+TIME = "time"
 FORMAT_VERSION = 1
 ROWS_PER_BATCH = 4096
 NO_MOTION_S = 1.0
@@ -44,7 +48,7 @@ def put_motion(path: Path, motion: Motion) -> None:
         "bone_names": json.dumps(motion.bone_names, ensure_ascii=False),
         "units": "seconds, metres, quaternions xyzw, Unity axes (left-handed, Y up, +Z forward)",
     }
-    columns: dict[str, Any] = {"time": pa.array(np.asarray(motion.times, dtype=np.float64))}
+    columns: dict[str, Any] = {TIME: pa.array(np.asarray(motion.times, dtype=np.float64))}
     for name, values in _columns(motion).items():
         width = int(np.prod(values.shape[1:]))
         if width:
@@ -93,9 +97,14 @@ def load_motion_file(path: Path) -> Motion:
     return sanitized(read_motion(path))[0]
 
 
-def without_motion(motion: Motion, duration: float) -> tuple[tuple[float, float], ...]:
-    """Stretches (start, end) of a take of this duration that have no motion for longer than NO_MOTION_S."""
-    times = motion.times[np.isfinite(motion.times)]
+def without_motion(times: Array, duration: float) -> tuple[tuple[float, float], ...]:
+    """Stretches (start, end) of a take of this duration that have no motion for longer than NO_MOTION_S.
+
+    Args:
+        times: of its frames (T,), seconds.
+        duration: seconds.
+    """
+    times = times[np.isfinite(times)]
     edges = np.concatenate([[0.0], np.sort(times.clip(0.0, duration)), [duration]])
     found = np.flatnonzero(np.diff(edges) > NO_MOTION_S)
     return tuple((round(float(edges[i]), 3), round(float(edges[i + 1]), 3)) for i in found)
@@ -107,11 +116,38 @@ def read_motion(path: Path) -> Motion:
     Raises:
         StudioError: the file is missing, damaged or of a newer version.
     """
+    table, facts = _read(path)
+    try:
+        return _motion(table, tuple(json.loads(facts["shape_names"])), tuple(json.loads(facts["bone_names"])))
+    except (KeyError, ValueError, TypeError, AttributeError, RecursionError) as error:
+        raise atomic.damaged(path) from error
+
+
+def read_times(path: Path) -> Array:
+    """The times of a motion file's frames (T,), seconds, as they were written; of an hour in milliseconds.
+
+    Raises:
+        StudioError: as read_motion.
+    """
+    table, _ = _read(path, only=TIME)
+    try:
+        return _times(table)
+    except (KeyError, ValueError, TypeError) as error:
+        raise atomic.damaged(path) from error
+
+
+def _read(path: Path, only: str = "") -> tuple[pa.Table, dict[str, str]]:
+    """All columns of a motion file, or one, and what it says of itself."""
     import pyarrow as pa
 
     try:
         with pa.OSFile(str(path), "rb") as file:
-            table = pa.ipc.open_file(file).read_all()
+            reader = pa.ipc.open_file(file)
+            if only:
+                options = pa.ipc.IpcReadOptions(included_fields=[reader.schema.get_field_index(only)])
+                file.seek(0)
+                reader = pa.ipc.open_file(file, options=options)
+            table = reader.read_all()
     except FileNotFoundError as error:
         raise StudioError(
             say("{name} is missing in {folder}.", name=path.name, folder=path.parent.name), "Restore it."
@@ -126,10 +162,11 @@ def read_motion(path: Path) -> Motion:
     # Looked at before the columns: a newer file may hold others, and is not damaged.
     if version.isdigit() and int(version) > FORMAT_VERSION:
         raise atomic.newer(path)
-    try:
-        return _motion(table, tuple(json.loads(facts["shape_names"])), tuple(json.loads(facts["bone_names"])))
-    except (KeyError, ValueError, TypeError, AttributeError, RecursionError) as error:
-        raise atomic.damaged(path) from error
+    return table, facts
+
+
+def _times(table: pa.Table) -> Array:
+    return np.asarray(table.column(TIME).to_numpy().astype(np.float64))
 
 
 def _columns(motion: Motion) -> dict[str, Any]:
@@ -155,7 +192,7 @@ def _motion(table: pa.Table, shape_names: tuple[str, ...], bone_names: tuple[str
         return values.reshape(frames, *shape)
 
     return Motion(
-        table.column("time").to_numpy().astype(np.float64),
+        _times(table),
         shape_names,
         column("shapes", len(shape_names)),
         bone_names,

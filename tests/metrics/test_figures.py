@@ -66,6 +66,14 @@ def test_the_times_the_lips_close_are_counted_beside_the_captured_ones() -> None
     assert metrics_face.closings(Pair(face(truth, "A"), face(late, "A"))) == (30, 30, 0), "67 ms late"
     valid = (np.arange(600) < 400).astype(float)
     assert metrics_face.closings(Pair(face(truth, "A"), face(half, "A"), valid)) == (15, 20, 1)
+    shut, apart = np.full((2, 600), 0.5)
+    shut[60:90] = shut[150:180] = apart[60:180] = 0.0
+    valid = (np.arange(600) < 90) | (np.arange(600) >= 150)
+    assert metrics_face.closings(Pair(face(shut, "A"), face(shut, "A"), valid)) == (2, 2, 0), "two, not one"
+    apart[60:94] = apart[146:180] = 0.5
+    assert metrics_face.closings(Pair(face(shut, "A"), face(apart, "A"), valid)) == (0, 2, 0), (
+        "in what is left out"
+    )
     still = face(np.zeros(600), "A")
     assert metrics_face.closings(Pair(still, face(truth, "A"))) is None, "there is none to be found"
     assert metrics_face.closings(Pair(face(truth, "browInnerUp"), face(truth, "browInnerUp"))) is None

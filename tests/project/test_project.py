@@ -35,11 +35,11 @@ def with_takes(folder: Path, sound: Path, count: int = 3) -> Project:
     return project
 
 
-def in_another_process(folder: Path, code: str) -> str:
+def in_another_process(folder: Path, code: str, before: str = "") -> str:
     words = [
         sys.executable,
         "-c",
-        f"from studio.project import Project\np = Project.open({str(folder)!r})\n{code}",
+        f"{before}from studio.project import Project\np = Project.open({str(folder)!r})\n{code}",
     ]
     return subprocess.run(words, capture_output=True, text=True, check=True).stdout.strip()
 
@@ -129,6 +129,34 @@ def test_sound_without_motion_of_an_older_take_is_left_out_once_and_may_be_used_
     again.edit("Use all", edits.include(again.dataset, "early", 0.0, seconds))
     again.close()
     assert Project.open(project.folder).dataset["early"].excluded == ()
+
+
+def test_of_an_older_take_that_is_aligned_the_sound_stays_that_its_motion_belongs_to(tmp_path: Path) -> None:
+    project = Project.create(tmp_path / "p")
+    for name, offset in (("late", 3.0), ("early", -0.5)):
+        take = project.add_take(name, TakeInfo(name), a_motion(60), a_sound(tmp_path / f"{name}.wav", 8.0))
+        write_info(take.folder, replace(take.info, left_out=()))
+        aligned = Selection(name, name, offset=offset)
+        project.edit("Align", edits.update(project.dataset, [name], lambda _, to=aligned: to))
+    project.close()
+    dataset = Project.open(project.folder).dataset
+    # Its 59 frames more than the first last 0.983 s.
+    assert dataset["late"].excluded == ((pytest.approx(3.983), 8.0),)
+    assert dataset["early"].excluded == ((pytest.approx(0.483), 8.0),)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="elsewhere no limit can stand for a full disk")
+def test_a_project_with_older_takes_opens_on_a_full_disk(tmp_path: Path) -> None:
+    project = Project.create(tmp_path / "p")
+    take = project.add_take("early", TakeInfo("early"), a_motion(60), a_sound(tmp_path / "voice.wav", 4.0))
+    write_info(take.folder, replace(take.info, left_out=()))
+    project.close()
+    full = "import resource\nresource.setrlimit(resource.RLIMIT_FSIZE, (64, resource.RLIM_INFINITY))\n"
+    told = in_another_process(
+        project.folder, "print(p.read_only, len(p.dataset['early'].excluded), p.problems[0][0])", before=full
+    )
+    assert told.startswith("False 1 dataset.json could not be written")
+    assert Project.open(project.folder).take("early").info.left_out == take.info.left_out
 
 
 def test_refresh_finds_what_another_process_recorded(tmp_path: Path, sound: Path) -> None:

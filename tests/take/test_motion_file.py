@@ -11,7 +11,7 @@ import pytest
 from studio.errors import StudioError
 from studio.motion import Motion
 from studio.motion.channels import BONES
-from studio.take.motion_file import read_motion, write_motion
+from studio.take.motion_file import read_motion, read_times, write_motion
 from tests.formats.examples import a_motion
 
 PARTS = ("times", "shapes", "positions", "rotations", "root_position", "root_rotation")
@@ -53,6 +53,12 @@ def test_a_file_cut_short_is_damaged(tmp_path: Path, keep: int) -> None:
     with pytest.raises(StudioError) as error:
         read_motion(path)
     assert error.value.what == f"m.arrow in {tmp_path.name} is damaged."
+
+
+def test_the_times_alone_are_those_of_the_whole(tmp_path: Path) -> None:
+    path = tmp_path / "m.arrow"
+    write_motion(path, a_motion(9000))
+    np.testing.assert_array_equal(read_times(path), read_motion(path).times)
 
 
 def test_a_foreign_arrow_file_is_damaged(tmp_path: Path) -> None:
