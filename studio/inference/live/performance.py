@@ -40,8 +40,8 @@ BACKLOG_S, CAUGHT_UP_S = 1.0, 0.2
 """Seconds that sound may wait to be heard; beyond, all but the last is passed over."""
 TELL_BUSY_S = 60.0
 WARM_UP_S = 0.3
-UNASKED_S = 0.1
-"""Seconds after which nobody counts as asking for poses."""
+UNASKED_FRAMES = 1.5
+"""Frames after which nobody counts as asking: targets that want few poses must not thin out what is kept."""
 LOST_S = 1.5
 """Seconds without any sound, silent or not, after which the microphone counts as lost."""
 
@@ -339,7 +339,7 @@ class Performance:
 
     def _note_pose(self) -> None:
         """Ask for the pose of now where nobody does, for who wants to keep the last minutes."""
-        if self._frames and self._now() - self._asked_at > UNASKED_S:
+        if self._frames and self._now() - self._asked_at > UNASKED_FRAMES / float(self.model.fps):
             moment = self.position()
             if self.last_minutes.wants_pose(moment):
                 self._sent(moment)

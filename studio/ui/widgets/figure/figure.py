@@ -351,10 +351,15 @@ class StickFigure(QWidget):
                     self._paint_sketch(painter, rect)
         if self.caption:
             painter.setFont(theme.ui_font(semibold=True))
-            painter.setPen(theme.colour("muted"))
             room = (self._views.left if self._views.isVisible() else self.width()) - 28
             metrics = painter.fontMetrics()
             words = metrics.elidedText(self.caption, Qt.TextElideMode.ElideRight, max(room, 60))
+            # On a ground of its own: a head may reach up behind it.
+            behind = QRectF(8, 10, metrics.horizontalAdvance(words) + 12, 26)
+            painter.setPen(Qt.PenStyle.NoPen)
+            painter.setBrush(theme.colour("ground", 190))
+            painter.drawRoundedRect(behind, 6, 6)
+            painter.setPen(theme.colour("text"))
             painter.drawText(QPointF(14, 28), words)
         if self.overlay:
             painter.fillRect(rect, theme.colour("ground", 120))
