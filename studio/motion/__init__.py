@@ -10,6 +10,8 @@ filmed          What pictures say of the motion tracked in them: shares, spans o
 grid            Motion on even frames: the rate that was meant, the frames compared and learnt, and which
                 of them count
 lag             How much later the mouth moves than the voice sounds: mouth opening against speech energy
+leg             A leg whose foot is to stand somewhere: how it bends, and by how much its hip is too high
+                for it
 look_at         What moves an avatar's eyes: bones or expressions, and how far a gaze turns them
 material        How an avatar's surfaces look: plain, unlit or as MToon has them
 moods           Moods: labelled stretches as something a network is told, and where a person asks for them

@@ -2,7 +2,6 @@
 
 Captured hips wander through the room, and no sound tells where to. Seen from where the feet stand, what is
 left of them is what a body does while it speaks: it sways, leans and shifts its weight.
-Source of the leg: two-bone inverse kinematics by the law of cosines, the knee kept in the plane it was in.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.motion import rotation
+from studio.motion import leg, rotation
 from studio.motion.motion import Motion
 
 Array = NDArray[np.float64]
@@ -21,10 +20,6 @@ STEP_SECONDS, SLOW_SECONDS = 0.4, 3.0
 """How slowly the place follows the feet, and the hips where no legs were captured (sigma)."""
 RAISED = (0.08, 0.2)
 """Metres over where it stands from which a foot counts as lifted on purpose, a little and wholly."""
-STRETCH = 0.9995
-"""A leg is never straighter than this share of its length: near straight a knee snaps."""
-_LEG = ("UpperLeg", "LowerLeg", "Foot")
-_FORWARD = np.array([0.0, 0.0, 1.0])
 
 
 def standing(motion: Motion) -> Motion:
@@ -63,18 +58,18 @@ def planted(motion: Motion) -> Motion:
         return motion
     legs = [_Leg(motion, side) for side in ("Left", "Right")]
     # The leg that has to reach further decides for both, or one foot would leave the floor.
-    down = np.maximum.reduce([np.zeros(len(motion)), *(leg.too_high() for leg in legs)])
+    down = np.maximum.reduce([np.zeros(len(motion)), *(one.too_high() for one in legs)])
     positions, rotations = motion.positions.copy(), motion.rotations.copy()
     positions[:, names.index("Hips"), 1] -= down.astype(np.float32)
-    for leg in legs:
-        leg.plant(rotations, down)
+    for one in legs:
+        one.plant(rotations, down)
     return replace(
         motion, positions=positions, rotations=rotation.sign_continuous(rotations).astype(np.float32)
     )
 
 
 def _has_legs(names: tuple[str, ...]) -> bool:
-    return {"Hips", *(side + part for side in ("Left", "Right") for part in _LEG)} <= set(names)
+    return {"Hips", *(side + part for side in ("Left", "Right") for part in leg.PARTS)} <= set(names)
 
 
 def _chain(motion: Motion, bones: list[str]) -> tuple[Array, Array]:
@@ -93,7 +88,8 @@ def _place(motion: Motion) -> tuple[Array, Array]:
 
     rate = (len(motion) - 1) / max(motion.duration, 1e-9)
     if _has_legs(motion.bone_names):
-        chains = [_chain(motion, ["Hips", *(side + part for part in _LEG)]) for side in ("Left", "Right")]
+        sides = [["Hips", *(side + part for part in leg.PARTS)] for side in ("Left", "Right")]
+        chains = [_chain(motion, bones) for bones in sides]
         middle = np.mean([p[:, -1] for p, _ in chains], axis=0)
         ahead = np.mean([_level(q[:, -1]) for _, q in chains], axis=0)
         sigma, rest = STEP_SECONDS * rate, _resting_middle(motion)
@@ -110,14 +106,14 @@ def _place(motion: Motion) -> tuple[Array, Array]:
 
 def _resting_middle(motion: Motion) -> Array:
     """The middle between the feet of the rest pose, seen from the hips."""
-    legs = [motion.bone_names.index(side + part) for side in ("Left", "Right") for part in _LEG]
+    legs = [motion.bone_names.index(side + part) for side in ("Left", "Right") for part in leg.PARTS]
     return np.asarray(np.median(motion.positions[:, legs], axis=0).sum(axis=0) / 2, dtype=np.float64)
 
 
 def _level(turns: Array) -> Array:
     """Where turns (T, 4) look on the floor, unit length (T, 3)."""
-    ahead = rotation.rotate(turns, _FORWARD) * np.array([1.0, 0.0, 1.0])
-    return np.asarray(ahead / np.maximum(_length(ahead), 1e-9))
+    ahead = rotation.rotate(turns, leg.FORWARD) * np.array([1.0, 0.0, 1.0])
+    return np.asarray(ahead / np.maximum(leg.length(ahead), 1e-9))
 
 
 class _Leg:
@@ -129,8 +125,8 @@ class _Leg:
     """
 
     def __init__(self, motion: Motion, side: str) -> None:
-        self._bones = [motion.bone_names.index(side + part) for part in _LEG]
-        self._p, self._q = _chain(motion, ["Hips", *(side + part for part in _LEG)])
+        self._bones = [motion.bone_names.index(side + part) for part in leg.PARTS]
+        self._p, self._q = _chain(motion, ["Hips", *(side + part for part in leg.PARTS)])
         foot, turn = self._p[:, -1], self._q[:, -1]
         home = np.median(foot, axis=0)
         share = np.clip((foot[:, 1:2] - home[1] - RAISED[0]) / (RAISED[1] - RAISED[0]), 0.0, 1.0)
@@ -140,40 +136,12 @@ class _Leg:
 
     def too_high(self) -> Array:
         """Metres by which the hips are too high for the foot to reach where it belongs (T,)."""
-        hip, knee, ankle = (self._p[:, i] for i in (1, 2, 3))
-        length = STRETCH * (_length(knee - hip) + _length(ankle - knee))[:, 0]
-        way = hip - self._ground
-        highest = np.sqrt(np.maximum(length**2 - way[:, 0] ** 2 - way[:, 2] ** 2, 0.0))
-        return np.asarray(way[:, 1] - highest)
+        return leg.too_high(self._p[:, 1:], self._ground)
 
     def plant(self, rotations: NDArray[np.float32], down: Array) -> None:
         """Write the leg's turns into rotations (T, J, 4), with the hips lowered by some metres (T,)."""
-        hip, knee, ankle = (self._p[:, i] - down[:, None] * np.array([0.0, 1.0, 0.0]) for i in (1, 2, 3))
-        thigh, shin = _length(knee - hip), _length(ankle - knee)
-        way = self._ground - hip
-        reach = np.clip(_length(way), np.abs(thigh - shin) + 1e-6, STRETCH * (thigh + shin))
-        way = way / np.maximum(_length(way), 1e-9)
-        cosine = np.clip((thigh**2 + reach**2 - shin**2) / np.maximum(2 * thigh * reach, 1e-9), -1.0, 1.0)
-        # A leg that is straight has its knee in no plane: it bends forwards.
-        side = (knee - hip) + 0.05 * rotation.rotate(self._q[:, 1], _FORWARD)
-        side = side - (side * way).sum(axis=-1, keepdims=True) * way
-        side = side / np.maximum(_length(side), 1e-9)
-        bend = way * thigh * cosine + side * thigh * np.sqrt(1.0 - cosine**2)
-        first = _arc(knee - hip, bend)
-        second = _arc(np.asarray(rotation.rotate(first, ankle - knee)), way * reach - bend)
-        upper = rotation.multiply(first, self._q[:, 1])
-        lower = rotation.multiply(second, rotation.multiply(first, self._q[:, 2]))
+        joints = self._p[:, 1:] - down[:, None, None] * np.array([0.0, 1.0, 0.0])
+        upper, lower = leg.bent(joints, self._q[:, 1:3], self._ground)
         worlds = (self._q[:, 0], upper, lower, self._sole)
         for bone, parent, world in zip(self._bones, worlds, worlds[1:], strict=False):
             rotations[:, bone] = rotation.multiply(rotation.inverse(parent), world)
-
-
-def _arc(a: Array, b: Array) -> Array:
-    """The shortest turn from one direction to another (T, 4)."""
-    a, b = a / np.maximum(_length(a), 1e-9), b / np.maximum(_length(b), 1e-9)
-    w = 1.0 + (a * b).sum(axis=-1, keepdims=True)
-    return np.asarray(rotation.normalised(np.concatenate([rotation.cross(a, b), w], axis=-1)))
-
-
-def _length(v: Array) -> Array:
-    return np.asarray(np.linalg.norm(v, axis=-1, keepdims=True))

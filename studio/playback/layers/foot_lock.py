@@ -1,7 +1,4 @@
-"""Root lock, and foot lock by two-bone inverse kinematics while the hips move.
-
-Source: two-bone inverse kinematics by the law of cosines, the knee kept in the plane it was in.
-"""
+"""Root lock, and foot lock by two-bone inverse kinematics while the hips move."""
 
 from __future__ import annotations
 
@@ -10,14 +7,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from studio.motion import Motion, rotation
+from studio.motion import Motion, leg, rotation
 from studio.playback.layers.regions import Reference, at_home
 
 Array = NDArray[np.float64]
-
-STRETCH = 0.9995
-"""A leg is never straighter than this share of its length: near straight a knee snaps."""
-FORWARD = np.array([0.0, 0.0, 1.0])
 
 
 def in_place(motion: Motion, reference: Reference) -> Motion:
@@ -38,7 +31,7 @@ def with_foot_lock(motion: Motion, reference: Reference) -> Motion:
     """
     legs = []
     for side in ("Left", "Right"):
-        names = [side + part for part in ("UpperLeg", "LowerLeg", "Foot")]
+        names = [side + part for part in leg.PARTS]
         if all(name in motion.bone_names for name in names):
             legs.append(_Leg(motion, reference, [motion.bone_names.index(name) for name in names]))
     if not legs:
@@ -47,11 +40,11 @@ def with_foot_lock(motion: Motion, reference: Reference) -> Motion:
     down = np.zeros(len(motion))
     if "Hips" in motion.bone_names:
         # The leg that is shorter decides for both, or one foot would leave the floor.
-        down = np.maximum.reduce([down, *(leg.too_high() for leg in legs)])
+        down = np.maximum.reduce([down, *(one.too_high() for one in legs)])
         positions = positions.copy()
         positions[:, motion.bone_names.index("Hips"), 1] -= down.astype(np.float32)
-    for leg in legs:
-        leg.plant(rotations, down)
+    for one in legs:
+        one.plant(rotations, down)
     return replace(motion, positions=positions, rotations=rotations)
 
 
@@ -84,22 +77,12 @@ class _Leg:
 
     def too_high(self) -> Array:
         """Metres by which the hips are too high for the foot to reach the floor (T,)."""
-        hip, knee, ankle = (self._joints[:, i] for i in range(3))
-        length = STRETCH * (_length(knee - hip) + _length(ankle - knee))[:, 0]
-        way = hip - self._ground
-        highest = np.sqrt(np.maximum(length**2 - way[:, 0] ** 2 - way[:, 2] ** 2, 0.0))
-        return np.asarray(way[:, 1] - highest)
+        return leg.too_high(self._joints, self._ground)
 
     def plant(self, rotations: NDArray[np.float32], down: Array) -> None:
         """Write the leg's turns into rotations (T, J, 4), with the hips lowered by some metres (T,)."""
         joints = self._joints - down[:, None, None] * np.array([0.0, 1.0, 0.0])
-        hip, knee, ankle = (joints[:, i] for i in range(3))
-        forward = rotation.rotate(self._turns[:, 0], FORWARD)
-        new_knee, new_ankle = _bent(hip, knee, ankle, self._ground, np.asarray(forward))
-        first = _arc(knee - hip, new_knee - hip)
-        second = _arc(np.asarray(rotation.rotate(first, ankle - knee)), new_ankle - new_knee)
-        thigh = rotation.multiply(first, self._turns[:, 0])
-        shin = rotation.multiply(second, rotation.multiply(first, self._turns[:, 1]))
+        thigh, shin = leg.bent(joints, self._turns[:, :2], self._ground)
         worlds = (self._above, thigh, shin, self._sole)
         for bone, parent, world in zip(self._bones, worlds, worlds[1:], strict=False):
             local = rotation.multiply(rotation.inverse(parent), world)
@@ -119,28 +102,3 @@ def _foothold(motion: Motion, reference: Reference, place: Array, turn: Array) -
     ground = rotation.rotate(home, place) + reference.root_position - motion.root_position
     turned = np.broadcast_to(rotation.multiply(home, turn), back.shape)
     return np.asarray(rotation.rotate(back, ground)), np.asarray(rotation.multiply(back, turned))
-
-
-def _bent(hip: Array, knee: Array, ankle: Array, wanted: Array, forward: Array) -> tuple[Array, Array]:
-    """Knee and ankle (T, 3) of a leg whose ankle reaches for a place."""
-    thigh, shin = _length(knee - hip), _length(ankle - knee)
-    way = wanted - hip
-    reach = np.clip(_length(way), np.abs(thigh - shin) + 1e-6, STRETCH * (thigh + shin))
-    way = way / np.maximum(_length(way), 1e-9)
-    cosine = np.clip((thigh**2 + reach**2 - shin**2) / np.maximum(2.0 * thigh * reach, 1e-9), -1.0, 1.0)
-    # A leg that is straight has its knee in no plane: it bends forwards.
-    side = (knee - hip) + 0.05 * forward
-    side = side - (side * way).sum(axis=-1, keepdims=True) * way
-    side = side / np.maximum(_length(side), 1e-9)
-    return hip + way * thigh * cosine + side * thigh * np.sqrt(1.0 - cosine**2), hip + way * reach
-
-
-def _arc(a: Array, b: Array) -> Array:
-    """The shortest turn from one direction to another (T, 4)."""
-    a, b = a / np.maximum(_length(a), 1e-9), b / np.maximum(_length(b), 1e-9)
-    w = 1.0 + (a * b).sum(axis=-1, keepdims=True)
-    return np.asarray(rotation.normalised(np.concatenate([rotation.cross(a, b), w], axis=-1)))
-
-
-def _length(v: Array) -> Array:
-    return np.asarray(np.linalg.norm(v, axis=-1, keepdims=True))
