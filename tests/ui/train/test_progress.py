@@ -75,14 +75,20 @@ def test_listening_to_the_takes_is_said_before_the_first_epoch() -> None:
     assert progress.fraction == -1.0
 
 
-def test_the_message_that_a_run_is_ready_goes_when_it_is_seen(
-    tab: tuple[TrainView, TrainPresenter], child: FakeChildTask, session: Session
-) -> None:
-    view, presenter = tab
+def trained(view: TrainView, presenter: TrainPresenter, child: FakeChildTask) -> messages.Toast:
+    """The message after a training that made quick_001."""
     presenter.model.start(TrainRequest("quick"))
     child.end(TrainDone("quick_001"))
     toast = messages.toast_of(view.window())
     assert toast is not None
+    return toast
+
+
+def test_the_message_that_a_run_is_ready_goes_when_it_is_seen(
+    tab: tuple[TrainView, TrainPresenter], child: FakeChildTask, session: Session
+) -> None:
+    view, presenter = tab
+    toast = trained(view, presenter, child)
     assert (toast.isVisible(), toast.text.text()) == (True, "quick_001 is ready.")
     session.run_shown.emit("quick_000")
     assert toast.isVisible(), "another one is seen"
@@ -99,10 +105,7 @@ def test_what_a_message_offers_may_be_done_elsewhere_and_later(
     tab: tuple[TrainView, TrainPresenter], child: FakeChildTask, session: Session
 ) -> None:
     view, presenter = tab
-    presenter.model.start(TrainRequest("quick"))
-    child.end(TrainDone("quick_001"))
-    toast = messages.toast_of(view.window())
-    assert toast is not None
+    toast = trained(view, presenter, child)
     presenter.model.start(TrainRequest("quick"))
     assert toast.isVisible()
     session.watch_requested.emit("quick_001")
