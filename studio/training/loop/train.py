@@ -99,8 +99,8 @@ def train(
         if fabric.is_global_zero:
             on_event(event)
 
-    # Gradients fade to nothing along a recurrent layer, and processors take a hundred times as long over
-    # numbers below 1e-38: without this two thirds of a training were spent on them.
+    # Gradients fade to nothing along a recurrent layer, and processors take many times as long over numbers
+    # below 1e-38: without this two thirds of a Quick training were spent on them.
     torch.set_flush_denormal(True)
     try:
         done = _Training(fabric, project, recipe, tell, stop, resume, step_seconds, after_s).run()
