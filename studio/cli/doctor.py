@@ -110,8 +110,8 @@ def check_sound_in() -> SystemCheckEvent:
 def check_sound_out() -> SystemCheckEvent:
     """Whether there is something to hear takes with."""
     nothing = (
-        say("There is no loudspeaker."),
-        say("Connect a loudspeaker or headphones and allow the studio to use it."),
+        say("No sound device can play."),
+        say("Plug in headphones or speakers, then check again."),
     )
     return _check_sound(
         "sound out", "max_output_channels", lambda found: counted(found, "loudspeaker"), *nothing

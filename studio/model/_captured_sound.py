@@ -19,16 +19,8 @@ BANDS, KEYS, DIRECTIONS = 8, 12, 24
 """Numbers a frame of sound is described by, numbers that are compared, and directions of the body."""
 LOW_SECONDS = (0.1, 0.4, 1.5)
 _RIDGE = 0.02
-HEARD, ONSET, BEAT = 2.0, 1.0, 0.8
-"""Weights of what is heard and of its loudness beside it, and how many deviations it rises at a beat."""
-
-
-def loud_beats(rise: NDArray[np.float64], first: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], float]:
-    """Frames in which the loudness rises most (N,), and what is such a rise."""
-    loud = BEAT * float(rise.std()) if len(rise) else 0.0
-    beats = np.zeros(len(rise), dtype=bool)
-    beats[1:-1] = (rise[1:-1] > rise[:-2]) & (rise[1:-1] >= rise[2:]) & (rise[1:-1] > loud)
-    return beats & ~first, loud
+HEARD, ONSET = 2.0, 1.0
+"""Weights of what is heard and of its loudness beside it."""
 
 
 def shares(fps: float) -> NDArray[np.float64]:

@@ -2,9 +2,9 @@
 
 A regressed body stands nearly still, and a drawn one moves as chance does. This one plays the person's own
 takes: several times a second it looks for the captured moment that sounds most like what is heard now, near
-the pose and the speed the body has, and not played lately; where it goes elsewhere, the difference fades
-within a quarter of a second, and beats are hurried or held to meet those heard. The face is the network's.
-Too little captured, and the body is drawn as before.
+the pose and the speed the body has, and not played lately; where it goes elsewhere, most of the difference
+fades within a quarter of a second. The rest stays a while, and each stretch has a pace of its own: what comes
+again is not seen to repeat. The face is the network's. Too little captured, and the body is drawn as before.
 Sources: Clavet 2016, Motion Matching; Habibie et al. 2022, A Motion Matching-based Framework for Controllable
 Gesture Synthesis from Speech; Bollo 2018, Inertialization.
 """
@@ -26,7 +26,6 @@ from studio.model._captured_sound import (
     LOW_SECONDS,
     contexts_of,
     key_of,
-    loud_beats,
     pose_directions,
     shares,
     spread,
@@ -46,14 +45,15 @@ STYLE_SECONDS = 30.0
 """A style is moved in alone where so much of it was captured."""
 MEMORY_SECONDS = 240.0
 """What was played so long ago may come again freely."""
-LOCK_SECONDS, HURRY = 0.2, 0.8
-"""How far a captured beat may be from one that is heard to be brought to it, and how much quicker
-or slower it is played until then."""
+PACE = 0.2
+"""Each stretch is played up to so much quicker or slower than it was captured."""
+LEAN, LEAN_SECONDS = 0.35, 2.0
+"""Share of a difference that the body leans on with, half of it gone after so long."""
 RECENT, STAY, CHANCE, FIRST_CHANCE = 3.0, 0.6, 0.05, 0.5
 """What playing again costs, what going elsewhere costs, and what is left to the seed, later and at first."""
 LIVELY, DIAL = 0.4, 0.5
 """How much moments that move more are sought: as learnt, and more at twice the liveliness."""
-POSE, SPEED = 6.0, 4.0
+POSE, SPEED = 4.5, 3.0
 """Weights of a jump in pose and of one in speed; what is heard has 2."""
 _LARGEST = 1e12
 """No scale of a capture comes near to it."""
@@ -68,21 +68,21 @@ class Course:
         heard: what was heard, slowly followed (L, P).
         at: the captured frame that is played; -1 before the first.
         part: how far it is on the way to the next one, 0 to 1.
-        due: frames by which it is to hurry, below 0 to wait, so that its beat meets the one that is heard.
-        rise: how the loudness rose in the last two frames (2,).
+        pace: captured frames that are played in one.
         since: frames since it went there.
         apart, speed: how far the body still is from it, and how that changes in a frame (B,).
+        lean: how far it stays from it for longer (B,).
         played: number of the frame in which each captured one was last played (N,).
     """
 
     heard: NDArray[np.float64]
     at: int
     part: float
-    due: float
+    pace: float
     since: int
-    rise: NDArray[np.float64]
     apart: NDArray[np.float64]
     speed: NDArray[np.float64]
+    lean: NDArray[np.float64]
     played: NDArray[np.int32]
 
 
@@ -224,6 +224,7 @@ class CapturedTable:
         self.lively = ((pace - pace.mean()) / max(float(pace.std()), 1e-9)).astype(np.float32)
         self.memory = MEMORY_SECONDS * fps
         self.decay = 2 * np.log(2) / (FADE_SECONDS * fps)
+        self.leaning = 0.5 ** (1 / (LEAN_SECONDS * fps))
         place = self.poses @ arrays["into"]
         speed = np.zeros_like(place)
         speed[1:] = np.diff(place, axis=0) * np.float32(
@@ -246,8 +247,6 @@ class CapturedTable:
         own = whole & (arrays["style"] == style)
         # A style of which little was captured would repeat itself: then everything is moved in.
         chosen = own if style and own.sum() >= STYLE_SECONDS * fps else whole
-        self.ahead, self.lock = ahead, round(LOCK_SECONDS * fps)
-        self.beats, self.loud = loud_beats(arrays["heard"][:, -1].astype(np.float64), first)
         self.barred = np.where(chosen, 0.0, 1e9).astype(np.float32)
         self.ends = np.ones(count, dtype=bool)
         self.ends[:-1] = piece[1:] != piece[:-1]
@@ -256,7 +255,7 @@ class CapturedTable:
         """Before the first frame."""
         nothing = np.zeros(self.poses.shape[1])
         played = np.full(len(self.poses), -(1 << 30), dtype=np.int32)
-        return Course(np.zeros((0, 0)), -1, 0.0, 0.0, 0, np.zeros(2), nothing, nothing, played)
+        return Course(np.zeros((0, 0)), -1, 0.0, 1.0, 0, nothing, nothing, nothing, played)
 
     def play(
         self, heard: NDArray[np.float64], course: Course, sampling: SamplingOptions
@@ -264,9 +263,8 @@ class CapturedTable:
         """Bodies (n, B) for what is heard (n, F), and where the body is then."""
         sounds = heard @ self.bands
         played = course.played.copy()
-        low, at, part, due = course.heard, course.at, course.part, course.due
-        since, rise = course.since, course.rise
-        apart, speed = course.apart, course.speed
+        low, at, part, pace = course.heard, course.at, course.part, course.pace
+        since, apart, speed, lean = course.since, course.apart, course.speed, course.lean
         out = np.zeros((len(sounds), self.poses.shape[1]), dtype=np.float32)
         follow = shares(self.fps)
         fade = np.exp(-self.decay)
@@ -274,11 +272,7 @@ class CapturedTable:
             number = sampling.first + i
             low = np.tile(sound, (len(follow), 1)) if not low.size else low + follow[:, None] * (sound - low)
             key = np.concatenate([sound, *low, np.ones(1)]) @ self.key
-            if rise[0] < rise[1] >= key[-1] and rise[1] > self.loud and at >= 0:
-                due = self._late(at, part)
-            rise = np.array([rise[1], key[-1]])
-            step = 1 + float(np.clip(due, -HURRY, HURRY))
-            due, whole = due - (step - 1), part + step
+            whole = part + pace
             goal, part = (at + int(whole), whole % 1) if at >= 0 else (-1, 0.0)
             if goal != at and self.ends[at : goal + 1][: max(goal - at, 1)].any():
                 goal, part = at, 0.0  # a piece is over: nothing follows
@@ -288,25 +282,23 @@ class CapturedTable:
             since += 1
             if at >= 0 and ahead != goal:
                 # Where the body would have been, and how fast, less where it goes now.
-                apart = apart + self._pose(goal, part) - self._pose(ahead, 0.0)
-                speed = speed + self._pace(goal) - self._pace(ahead)
-                since, part, due = 0, 0.0, 0.0
+                jump = self._pose(goal, part) - self._pose(ahead, 0.0)
+                apart, lean = apart + (1 - LEAN) * jump, lean + LEAN * jump
+                speed = speed + pace * self._speed(goal)
+                pace = self._pace(number, sampling)
+                speed = speed - pace * self._speed(ahead)
+                since, part = 0, 0.0
             pull = speed + self.decay * apart
             apart, speed = fade * (apart + pull), fade * (speed - self.decay * pull)
+            lean = self.leaning * lean
             at = ahead
             played[at] = number
-            out[i] = self._pose(at, part) + apart
-        return out, Course(low, at, part, due, since, rise, apart, speed, played)
+            out[i] = self._pose(at, part) + apart + lean
+        return out, Course(low, at, part, pace, since, apart, speed, lean, played)
 
-    def _late(self, at: int, part: float) -> float:
-        """Frames from a beat that is heard now to the captured one that is nearest; 0 without."""
-        here = at + self.ahead
-        low = max(here - self.lock, 0)
-        near = np.flatnonzero(self.beats[low : here + self.lock + 1]) + low
-        if not len(near):
-            return 0.0
-        apart = near - here - part
-        return float(apart[np.abs(apart).argmin()])
+    def _pace(self, number: int, sampling: SamplingOptions) -> float:
+        """Captured frames that are played in one, from a frame on."""
+        return 1 + PACE * float(np.random.default_rng([sampling.seed, number]).uniform(-1, 1))
 
     def _pose(self, at: int, part: float) -> Floats:
         """The captured body between a frame and the next one (B,)."""
@@ -316,11 +308,11 @@ class CapturedTable:
         between: Floats = (1 - np.float32(part)) * self.poses[at] + np.float32(part) * self.poses[at + 1]
         return between
 
-    def _pace(self, at: int) -> Floats:
+    def _speed(self, at: int) -> Floats:
         """How a captured pose changed in the frame before it (B,)."""
         before = at if at == 0 or self.ends[at - 1] else at - 1
-        pace: Floats = self.poses[at] - self.poses[before]
-        return pace
+        speed: Floats = self.poses[at] - self.poses[before]
+        return speed
 
     def _search(
         self,

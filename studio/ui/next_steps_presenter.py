@@ -51,6 +51,8 @@ class StepsPresenter(QObject):
         self.strip.setVisible(project is not None and self._session.settings.next_steps)
         if project is not None:
             done = steps_done(project, self._kept(project))
+            some = 0.0 if "record" in done else used_seconds(project)
+            self.strip.show_recorded(some, RECORD_SECONDS)
             self.strip.show_steps(done, next((step for step in STEPS if step not in done), ""))
 
     def _kept(self, project: Project) -> tuple[str, ...]:
@@ -79,9 +81,14 @@ def steps_done(project: Project, kept: tuple[str, ...]) -> tuple[str, ...]:
     # The best so far is kept from the first epoch on: a training under way is not done.
     if any(run.has_weights and run.status != "running" for run in project.runs):
         found.add("train")
-    takes = {take.id: take.info.duration for take in project.takes}
-    used = (s for s in project.dataset.selections if s.split and s.take in takes)
     # Who has trained had enough, however little it was.
-    if "train" in found or sum(s.seconds(takes[s.take]) for s in used) >= RECORD_SECONDS:
+    if "train" in found or used_seconds(project) >= RECORD_SECONDS:
         found.add("record")
     return tuple(step for step in STEPS if step in found)
+
+
+def used_seconds(project: Project) -> float:
+    """Seconds of the takes that are used for anything, as they are trimmed."""
+    takes = {take.id: take.info.duration for take in project.takes}
+    used = (s for s in project.dataset.selections if s.split and s.take in takes)
+    return sum(s.seconds(takes[s.take]) for s in used)

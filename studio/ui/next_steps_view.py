@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QToolButton
 from studio.ui import theme
 from studio.ui.shortcuts import name_of
 from studio.ui.widgets.card import label
+from studio.ui.widgets.timeline.time_view import minutes
 
 FOLDED_BELOW = 1100
 """Pixels of width under which the current step stands alone."""
@@ -77,6 +78,11 @@ class StepStrip(QFrame):
         close.clicked.connect(self.dismissed)
         self._row.addWidget(close)
         self.show_steps((), STEPS[0])
+
+    def show_recorded(self, seconds: float, wanted: float) -> None:
+        """Say how much there is of what is wanted; what is enough or nothing yet needs no number."""
+        some = self.tr("Record: {0} of {1}").format(minutes(int(seconds)), minutes(wanted))
+        self.buttons["record"].setText(some if 1 <= seconds < wanted else _tr(_TEXTS["record"]))
 
     def show_steps(self, done: Sequence[str], current: str) -> None:
         """Tick off what is done, and let the current step stand out, "" where all are done."""

@@ -8,7 +8,7 @@ import torch
 
 from studio.model import recurrent
 from studio.model._captured_sound import LEAST_SECONDS
-from studio.model._matched import Matched
+from studio.model._matched import PACE, Matched
 from studio.model._network import CapturedStretch, Network, SamplingOptions, Sizes
 from tests.tolerance import LAST_BITS
 
@@ -68,11 +68,33 @@ def test_the_body_is_the_captured_one_without_a_jump() -> None:
     network = matched()
     body = played(network, rows_for(network, 400), SamplingOptions(2))[:, FACES:].numpy()
     own = torch.cat([captured(750, seed).poses[:, FACES:] for seed in (3, 4)]).numpy()
-    nearest = np.array([np.abs(own - pose).max(axis=1).min() for pose in body])
-    assert np.median(nearest) < 0.1 * own.std()  # where it went elsewhere, it is on its way
+    strange = captured(400, 21).poses[:, FACES:].numpy()
+    near, far = (
+        np.median([np.abs(own - pose).max(axis=1).min() for pose in poses]) for poses in (body, strange)
+    )
+    assert near < 0.7 * far  # where it went elsewhere, it leans on what was before
     steps, captured_steps = (np.linalg.norm(np.diff(x, axis=0), axis=1) for x in (body, own[:750]))
     assert steps.max() < 1.5 * captured_steps.max()
     assert steps.mean() == pytest.approx(captured_steps.mean(), rel=0.25)
+
+
+def test_what_is_played_again_is_not_the_same() -> None:
+    network = matched(seconds=LEAST_SECONDS + 4)
+    assert isinstance(network, Matched)
+    rows = rows_for(network, 3000)
+    table, heard = network.captured.table(0, 3), network._heard(network.normalised(rows), 3000)[0]
+    course, seen, apart, paces = table.start(), {}, [], set()
+    for i in range(3000):
+        body, course = table.play(heard[i : i + 1], course, SamplingOptions(2, first=i))
+        if course.since > 10:  # what fades at once has faded
+            here = body[0] - table._pose(course.at, course.part)
+            if course.at in seen:
+                apart.append(np.abs(here - seen[course.at]).max())
+            seen[course.at] = here
+            paces.add(round(course.pace, 3))
+    assert len(apart) > 100
+    assert np.median(apart) > 0.1 * table.poses.std()
+    assert 1 - PACE <= min(paces) < 0.95 < 1.05 < max(paces) <= 1 + PACE
 
 
 def test_a_seed_repeats_another_differs_and_liveliness_goes_from_still_to_captured() -> None:

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QPushButton, QToolButton
 from studio.project import Project
 from studio.project.run import RunReport
 from studio.ui.main_window import MainWindow
-from studio.ui.next_steps_presenter import RECORD_SECONDS, steps_done
+from studio.ui.next_steps_presenter import RECORD_SECONDS, steps_done, used_seconds
 from studio.ui.session import Session
 
 
@@ -63,6 +63,16 @@ def test_check_is_ticked_by_who_plays_a_take_or_looks_what_to_fix(window: MainWi
     assert ticked(window) == [], "a tab that opens checks nothing"
     bench.play.click()
     qtbot.waitUntil(lambda: ticked(window) == ["check"])
+
+
+def test_the_first_step_says_how_much_there_is(window: MainWindow) -> None:
+    record, project = window.steps.strip.buttons["record"], window.session.project
+    seconds = int(used_seconds(project))
+    assert 1 <= seconds < 60
+    assert record.text() == f"Record: 0:{seconds:02d} of 2:00"
+    train(project)
+    window.session.runs_changed.emit()
+    assert record.text() == "Record two minutes", "ticked, it wants no more"
 
 
 def test_steps_tick_themselves_off(window: MainWindow, qtbot) -> None:

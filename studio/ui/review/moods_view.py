@@ -47,6 +47,7 @@ class MoodsBar(QWidget):
         self._strengths: dict[str, NumberRow] = {}
         self._shares: dict[str, NumberRow] = {}
         self._hint = CutLabel("caption", "moods_hint")
+        self._hint.short = self.tr("Want moods?")
         self.list = QComboBox()
         self.list.setObjectName("mood_brush")
         self.list.setAccessibleName(self.tr("Mood to paint"))
