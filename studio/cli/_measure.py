@@ -297,7 +297,7 @@ def _left_out(what: str, project: Project, finished: Run, out: Output) -> None:
 
 READING = (
     "RMSE, degrees and wrist are errors: less is better. r, motion and std are best near 1, as you moved.\n"
-    "RMSE counts face and body together; what Review calls error is the face's alone, as --all names it.\n"
+    "RMSE counts face and body; what the window calls error is the face's alone, which --all names.\n"
     "captured is yourself; zero, train_mean and ridge are simple guesses to beat. --all names every figure."
 )
 

@@ -125,6 +125,16 @@ def follows(figures: Mapping[str, float | None]) -> float | None:
     return None
 
 
+def error_of(figures: Mapping[str, float | None]) -> float | None:
+    """How far a motion is off: its face where there is one, else all of it.
+
+    A body that gestures as its person does has its hands elsewhere each time; one that stands still errs
+    less.
+    """
+    face = number_of(figures.get("rmse_face"))
+    return face if face is not None else number_of(figures.get("rmse"))
+
+
 def number_of(value: object) -> float | None:
     """A figure as files have it; None where it is none, or as large as no figure is."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < _LARGEST:
@@ -200,7 +210,7 @@ def measure_curve(
             part = _Part(project, share, Path(scratch))
             figures = _trained(part, evaluation_set, recipe, partial(on_event, index), stop)
         points.append(
-            CurvePoint(share * seconds, follows(figures), figures.get("rmse"), figures.get("motion_ratio"))
+            CurvePoint(share * seconds, follows(figures), error_of(figures), figures.get("motion_ratio"))
         )
     return LearningCurve(
         tuple(points),

@@ -16,7 +16,7 @@ from studio.motion import Motion
 from studio.project import Run, RunReport
 
 OnStep = Callable[[int, int, int], None]
-_METRICS = ("rmse", "pearson_mouth", "motion_ratio", "std_ratio")
+_METRICS = ("rmse", "rmse_face", "pearson_mouth", "motion_ratio", "std_ratio")
 """The figures that Live shows beside its slider."""
 
 

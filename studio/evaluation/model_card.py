@@ -27,7 +27,7 @@ CAPTURED = "captured.poses"
 """The weights of a network that moves with captured motion: a row for each frame of it."""
 LONGEST_LICENCE, LONGEST_TABLE = 20_000, 1_000_000
 _FIGURES = (
-    ("rmse", "Error (RMSE, smaller is nearer)", 4),
+    ("rmse_face", "Error of the face (RMSE, smaller is nearer)", 4),
     ("pearson", "Follows the captured motion (Pearson r, 1 is perfect)", 2),
     ("pearson_mouth", "Mouth follows (Pearson r)", 2),
     ("motion_ratio", "Motion (1 moves as much as the performer)", 2),

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from studio.errors import StudioError, Text, capital, say, together
-from studio.evaluation.learning_curve import LearningCurve, follows, number_of
+from studio.evaluation.learning_curve import LearningCurve, error_of, follows, number_of
 from studio.files import atomic
 from studio.metrics.scores import STILL_RATIO
 from studio.project import Run, RunReport
@@ -26,8 +26,10 @@ from studio.project.run import EVALUATION_FILE, WEIGHTS_FILE
 
 CLOSELY, WELL, ROUGHLY = 0.6, 0.4, 0.25
 """Correlation of the mouth from which a run follows it so."""
-MUCH_LESS, LESS, MORE, SHAKY = 0.6, 0.85, 1.25, 1.6
-"""Motion against the captured: below the first two it moves less, above the others more, and trembles."""
+MUCH_LESS, LESS, MORE, MUCH_MORE = 0.6, 0.85, 1.25, 1.6
+"""Motion against the captured: below the first two it moves less, above the others more."""
+TREMBLES = 2.0
+"""Jerk over motion of what moves much more than its person, and trembles; livelier gestures have 1."""
 LIPS_CLOSE = 0.2
 """Share of the closed mouths that are; .05 to .12 without the loss for closures, .31 to .53 with it."""
 NO_NEARER = 0.98
@@ -158,7 +160,7 @@ def _quality(measured: MeasuredRun) -> tuple[str, str, str]:
         )
     mouth = number_of(figures.get("pearson_mouth")) is not None
     how, follow_grade = _follow_words(r, say("your mouth") if mouth else say("you"))
-    much, motion_grade = _motion_words(motion)
+    much, motion_grade = _motion_words(motion, number_of(figures.get("jerk_ratio")))
     first = capital(say("{clauses}.", clauses=together(", ", how, much)))
     weak = _weakness(measured)
     grade = min(follow_grade, motion_grade, "fair" if weak else "good", key=_ORDER.index)
@@ -193,7 +195,7 @@ def _follow_words(r: float | None, whom: str) -> tuple[str, str]:
     return say("hardly follows {whom}", whom=whom), "poor"
 
 
-def _motion_words(motion: float | None) -> tuple[str, str]:
+def _motion_words(motion: float | None, jerk: float | None = None) -> tuple[str, str]:
     if motion is None:
         return "", "good"
     if motion < MUCH_LESS:
@@ -202,13 +204,26 @@ def _motion_words(motion: float | None) -> tuple[str, str]:
         return say("moves a little less than you"), "good"
     if motion <= MORE:
         return say("moves as much as you"), "good"
-    return (say("moves a little more than you"), "good") if motion <= SHAKY else (say("trembles"), "poor")
+    if motion <= MUCH_MORE:
+        return say("moves a little more than you"), "good"
+    if trembles(motion, jerk):
+        return say("trembles"), "poor"
+    return say("moves much more than you"), "fair"
+
+
+def trembles(motion: float, jerk: float | None) -> bool:
+    """Whether what moves much more than its person does so without meaning: by far more jerk than motion.
+
+    Args:
+        motion, jerk: against the captured; without jerk much motion is taken for trembling.
+    """
+    return motion > MUCH_MORE and (jerk is None or jerk > TREMBLES * motion)
 
 
 def _weakness(measured: MeasuredRun) -> str:
     """The gravest fault that the first sentence hides; "" for none."""
     figures, guess = measured.figures, measured.guess
-    error, simple = number_of(figures.get("rmse")), number_of(guess.get("rmse"))
+    error, simple = error_of(figures), error_of(guess)
     if error is not None and simple is not None and error > NO_NEARER * simple:
         return "It comes no closer to your motion than a simple guess from the sound."
     body = number_of(figures.get("motion_ratio_body"))
@@ -283,10 +298,10 @@ def curve_text(curve: LearningCurve) -> str:
 
 def _kind(measured: MeasuredRun, curve: LearningCurve | None, kinds: Kinds) -> str:
     """The kind of speech that errs most or is missing, as it stands in a sentence; "" for none."""
-    whole = number_of(measured.figures.get("rmse"))
+    whole = error_of(measured.figures)
     sums: dict[str, tuple[float, float]] = defaultdict(lambda: (0.0, 0.0))
     for take, figures in measured.per_take.items():
-        error = number_of(figures.get("rmse"))
+        error = error_of(figures)
         for kind, seconds in kinds.get(take, {}).items() if error is not None else ():
             before = sums[kind]
             sums[kind] = before[0] + seconds * (error or 0.0), before[1] + seconds
@@ -327,11 +342,11 @@ def better_of(
         runs: figures by the run's id.
         per_take: the figures of each take, by the run's id; a lead that most takes do not share is chance.
     """
-    known = [(name, figures) for name, figures in runs.items() if number_of(figures.get("rmse")) is not None]
+    known = [(name, figures) for name, figures in runs.items() if error_of(figures) is not None]
     if len(known) < 2:
         return ""
     # Standing still is near the mean and far from alive: the error must never choose such a run.
-    known.sort(key=lambda one: (_is_dead(one[1]), number_of(one[1].get("rmse"))))
+    known.sort(key=lambda one: (_is_dead(one[1]), error_of(one[1])))
     (best, a), (other, b) = known[0], known[1]
     if _is_dead(b) and not _is_dead(a):
         if (number_of(b.get("motion_ratio")) or 0.0) < STILL_RATIO:
@@ -379,7 +394,7 @@ def _leads(
 
 
 def _closer(a: Figures, b: Figures) -> float | None:
-    mine, other = number_of(a.get("rmse")), number_of(b.get("rmse"))
+    mine, other = error_of(a), error_of(b)
     return None if mine is None or other is None else (other - mine) / max(mine, other, 1e-9)
 
 
@@ -396,8 +411,10 @@ def _moves_better(a: Figures, b: Figures) -> float | None:
 
 
 def _is_dead(figures: Figures) -> bool:
-    motion = number_of(figures.get("motion_ratio"))
-    return motion is not None and not STILL_RATIO <= motion <= 2 * SHAKY
+    motion, jerk = number_of(figures.get("motion_ratio")), number_of(figures.get("jerk_ratio"))
+    return motion is not None and (
+        motion < STILL_RATIO or (motion > 2 * MUCH_MORE and trembles(motion, jerk))
+    )
 
 
 # -- words -----------------------------------------------------------------------------------------

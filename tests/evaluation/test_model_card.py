@@ -14,7 +14,7 @@ REPORT = {
     "version": 1, "status": "done", "title": "Quick look", "model": "balanced", "minutes": 2.18, "fps": 30.0,
     "train": ["Hello_001", "<b>Story</b>"], "val": ["Chat_001"], "performers": ["友"], "styles": ["友"],
     "best_epoch": 3, "epochs": 4, "seed": 0, "parameters": 152_018, "seconds": 12.4, "notes": ["A & B"],
-    "best_val": {"rmse": 0.0663, "motion_ratio": 0.58, "wrist_cm": None},
+    "best_val": {"rmse_face": 0.0663, "motion_ratio": 0.58, "wrist_cm": None},
 }  # fmt: skip
 
 
@@ -24,8 +24,8 @@ def test_the_card_says_what_the_run_learnt_from_and_how_it_did(tmp_path: Path) -
     (run / "report.json").write_text(json.dumps(REPORT), encoding="utf-8")
     evaluation = {
         "split": "test",
-        "metrics": {"rmse": 0.0609, "motion_ratio": 0.64},
-        "baselines": {"zero": {"rmse": 0.2229, "motion_ratio": 0.0}},
+        "metrics": {"rmse_face": 0.0609, "motion_ratio": 0.64},
+        "baselines": {"zero": {"rmse_face": 0.2229, "motion_ratio": 0.0}},
     }
     (run / "evaluation.json").write_text(json.dumps(evaluation), encoding="utf-8")
     text = card_html(run)

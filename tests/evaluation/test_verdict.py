@@ -64,6 +64,12 @@ def test_figures_count_for_the_weights_they_were_measured_of_whatever_the_files_
         ({"pearson_mouth": 0.1}, "poor", "Hardly follows your mouth, moves a little less than you."),
         ({"motion_ratio": 0.02}, "poor", "Barely moves: 2% as much as you do."),
         ({"motion_ratio": 3.67}, "poor", "Follows your mouth well, trembles."),
+        ({"motion_ratio": 2.3, "jerk_ratio": 7.4}, "poor", "Follows your mouth well, trembles."),
+        (
+            {"motion_ratio": 1.7, "jerk_ratio": 1.7},
+            "fair",
+            "Follows your mouth well, moves much more than you.",
+        ),
         (
             {"closure_recall": 0.08},
             "fair",
@@ -90,6 +96,17 @@ def test_test_takes_come_before_those_that_chose_the_version(tmp_path: Path) -> 
     assert told.quality.startswith("Follows your mouth roughly")
     assert told.quality.endswith("no closer to your motion than a simple guess from the sound.")
     assert told.basis == "Measured on Chat_004, which it never learnt from."
+
+
+def test_a_body_that_gestures_is_not_blamed_for_being_elsewhere(tmp_path: Path) -> None:
+    evaluation = {
+        "split": "test",
+        "takes": ["Chat_004"],
+        "metrics": GOOD | {"rmse": 0.093, "rmse_face": 0.04, "rmse_body": 0.1},
+        "baselines": {"ridge": {"rmse": 0.067, "rmse_face": 0.045, "rmse_body": 0.07}},
+    }
+    told = verdict(run_of(tmp_path, {"minutes": 4.0, "best_val": GOOD}, evaluation))
+    assert (told.grade, told.quality) == ("good", "Follows your mouth well, moves a little less than you.")
 
 
 def test_the_kind_that_errs_most_is_asked_for(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject
 
+from studio.evaluation.learning_curve import error_of, number_of
 from studio.ipc.commands import Command
 from studio.ipc.events import LiveStateEvent
 from studio.ui import tasks
@@ -130,9 +131,7 @@ def look_aheads_of(run: Run) -> tuple[LookAheadOption, ...]:
     made = []
     for one in run.facts.look_aheads:
         try:
-            figures = [
-                None if one.get(name) is None else float(one[name]) for name in ("rmse", "pearson_mouth")
-            ]
+            figures = error_of(one), number_of(one.get("pearson_mouth"))
             made.append(LookAheadOption(int(one["ms"]), float(one["reach_ms"]), *figures))
         except (AttributeError, KeyError, TypeError, ValueError):
             continue

@@ -29,12 +29,12 @@ class LookAheadOption:
     Args:
         ms: what it is called.
         reach_ms: how much sound after a pose's moment goes into it.
-        rmse, pearson_mouth: measured on takes it had not learnt from; None where nobody did.
+        error, pearson_mouth: measured on takes it had not learnt from; None where nobody did.
     """
 
     ms: int
     reach_ms: float
-    rmse: float | None = None
+    error: float | None = None
     pearson_mouth: float | None = None
 
 
@@ -209,8 +209,8 @@ class LatencyCard(Card):
             return
         words = self.tr("Waits for {0} ms of your voice.").format(f"{max(one.reach_ms, 0):.0f}")
         tip = ""
-        if one.rmse is not None:
-            tip = self.tr("On takes it had not heard: error {0}").format(f"{one.rmse:.4f}")
+        if one.error is not None:
+            tip = self.tr("On takes it had not heard: error {0}").format(f"{one.error:.4f}")
         if one.pearson_mouth is not None:
             how = native(in_words(one.pearson_mouth, None, say("your mouth")))
             words += " " + self.tr("On takes it had not heard, it {0}.").format(how)

@@ -216,7 +216,7 @@ class StagePresenter(QObject):
         tip = self.tr(
             "Measured on this take alone, what is on screen against what was captured; the words that Train\n"
             "and the message of a finished training say are of the takes kept back to check it.\n"
-            "error: how far the face alone is off, 0 to 1; less is better (Train's counts the body too)\n"
+            "error: how far the face alone is off, 0 to 1; less is better\n"
             "r: whether the face moves at the same moments; 1 follows exactly, 0 not at all\n"
             "motion: how much the face moves; 1 is as much as the performer\n"
             "bones: how far the bones are turned wrong, in degrees; less is better\n"

@@ -56,7 +56,7 @@ class ComparePresenter(QObject):
         dialog = self.dialog = CompareDialog(runs, self._view)
         dialog.split_chosen.connect(lambda split: self._measure(project, runs, split))
         dialog.finished.connect(lambda _: self._on_closed(dialog))
-        dialog.show_curves(_points(project, runs, "rmse"), _points(project, runs, "motion_ratio"))
+        dialog.show_curves(_points(project, runs, "error"), _points(project, runs, "motion_ratio"))
         dialog.show()
         self._measure(project, runs, "test")
 

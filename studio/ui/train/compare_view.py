@@ -62,8 +62,8 @@ _AS_MUCH = QT_TRANSLATE_NOOP("Compare", "1 moves as much as the performer")
 FIGURES = tuple(
     Figure(*words)
     for words in (
-        ("rmse", QT_TRANSLATE_NOOP("Compare", "Error"), 4,
-         QT_TRANSLATE_NOOP("Compare", "Root mean square error of face and body together; smaller is nearer")),
+        ("rmse_face", QT_TRANSLATE_NOOP("Compare", "Error"), 4,
+         QT_TRANSLATE_NOOP("Compare", "Root mean square error of the face; smaller is nearer")),
         ("pearson", QT_TRANSLATE_NOOP("Compare", "Follows (r)"), 2,
          QT_TRANSLATE_NOOP("Compare", "How well the curves follow the captured ones; 1 is perfect")),
         ("pearson_mouth", QT_TRANSLATE_NOOP("Compare", "Mouth follows (r)"), 2,

@@ -179,7 +179,7 @@ class ProgressCard(Card):
         losses = (("train_loss", self.tr("training")), ("val_loss", self.tr("validation")))
         self.loss_plot = LossPlot(self.tr("Loss"), losses)
         self.loss_plot.setObjectName("loss_plot")
-        self.error_plot = LossPlot(self.tr("Error on held-back takes"), (("rmse", self.tr("RMSE")),))
+        self.error_plot = LossPlot(self.tr("Error on held-back takes"), (("error", self.tr("RMSE")),))
         self.error_plot.setObjectName("error_plot")
         self.motion_plot = LossPlot(
             self.tr("Motion against captured"),
@@ -215,8 +215,8 @@ class ProgressCard(Card):
         )
         self.error_plot.setToolTip(
             self.tr(
-                "How far face and body together are off on the validation takes, or, without any, on the end "
-                "of the longest take (root mean square error). Below 0.1 is good, less is better. "
+                "How far the face is off on the validation takes, or, without any, on the end of the longest "
+                "take (root mean square error). Below 0.1 is good, less is better. "
                 "Kept is the best epoch since learning settled, in the last fifth: a lower one before it was "
                 "luck. It was chosen by this error, which flatters it a little; a test take tells the truth."
             )

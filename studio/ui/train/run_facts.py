@@ -11,8 +11,8 @@ from pathlib import Path
 from studio.dataset.coverage import kinds_of
 from studio.dataset.dataset import Dataset
 from studio.evaluation.learning_curve import FILE as CURVE_FILE
-from studio.evaluation.learning_curve import LearningCurve, load_curve
-from studio.evaluation.verdict import Kinds, RunVerdict, verdict
+from studio.evaluation.learning_curve import LearningCurve, error_of, load_curve
+from studio.evaluation.verdict import Kinds, RunVerdict, trembles, verdict
 from studio.ipc.events import EpochEvent
 from studio.metrics.scores import STILL_RATIO
 from studio.project import Project, Run
@@ -20,7 +20,6 @@ from studio.project.run import list_run_folders
 from studio.take import Take
 
 ALIVE = (0.8, 1.25)
-JITTERS = 1.6
 WATCH_FROM = 0.3
 """Part of the epochs after which stillness is worth a word; every model begins still."""
 
@@ -36,7 +35,7 @@ class RunFacts:
         epochs: how many it finished.
         of: how many it was to do.
         best: the best epoch's number.
-        rmse, pearson, motion_ratio: on validation at the best epoch.
+        error, pearson, motion_ratio, jerk_ratio: on validation at the best epoch.
         seconds: an epoch takes.
         eta: seconds left.
         advice: what to try where the model stands still, "" else.
@@ -45,9 +44,10 @@ class RunFacts:
     epochs: int = 0
     of: int | None = None
     best: int | None = None
-    rmse: float | None = None
+    error: float | None = None
     pearson: float | None = None
     motion_ratio: float | None = None
+    jerk_ratio: float | None = None
     seconds: float | None = None
     eta: float | None = None
     advice: str = ""
@@ -62,7 +62,7 @@ class RunFacts:
             return "still"
         if ratio < ALIVE[0]:
             return "calm"
-        return "alive" if ratio <= JITTERS else "shaky"
+        return "shaky" if trembles(ratio, self.jerk_ratio) else "alive"
 
 
 def epochs_of(run: Run) -> list[EpochEvent]:
@@ -80,9 +80,10 @@ def run_facts(epochs: Sequence[EpochEvent]) -> RunFacts:
         epochs=last.epoch,
         of=last.of or None,
         best=best.epoch if best else None,
-        rmse=_metric(best, "rmse"),
+        error=error_of(best.val) if best else None,
         pearson=_metric(best, "pearson"),
         motion_ratio=_metric(best, "motion_ratio"),
+        jerk_ratio=_metric(best, "jerk_ratio"),
         seconds=_pace(epochs),
         eta=_number(last.eta_s),
         advice=last.advice if len(epochs) >= WATCH_FROM * last.of else "",
@@ -90,10 +91,12 @@ def run_facts(epochs: Sequence[EpochEvent]) -> RunFacts:
 
 
 def curves(epochs: Sequence[EpochEvent]) -> dict[str, list[tuple[int, float | None]]]:
-    """Points of train_loss, val_loss and every validation metric, by epoch."""
+    """Points of train_loss, val_loss, error and every validation metric, by epoch."""
     found: dict[str, list[tuple[int, float | None]]] = {}
     for one in epochs:
-        values = {"train_loss": one.train_loss, "val_loss": one.val_loss, **one.val}
+        values = {
+            "train_loss": one.train_loss, "val_loss": one.val_loss, "error": error_of(one.val), **one.val
+        }  # fmt: skip
         for key, value in values.items():
             found.setdefault(key, []).append((one.epoch, _number(value)))
     return found

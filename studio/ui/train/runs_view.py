@@ -23,7 +23,7 @@ from studio.ui.train.run_facts import RunFacts
 from studio.ui.train.verdict_view import VerdictRow
 from studio.ui.widgets.card import Card, label
 
-RUN, STATUS, VERDICT, EPOCHS, BEST, RMSE, PEARSON, MOTION, NOTE = range(9)
+RUN, STATUS, VERDICT, EPOCHS, BEST, ERROR, PEARSON, MOTION, NOTE = range(9)
 DETAILS = range(EPOCHS, NOTE)
 """Columns for those who ask for figures."""
 MOST_COMPARED = 6
@@ -178,7 +178,7 @@ class RunsTable(QTableWidget):
         return (
             (f"{facts.epochs}{of}" if facts.epochs else "", ""),
             ("" if facts.best is None else str(facts.best), ""),
-            (_text(facts.rmse, 4), ""),
+            (_text(facts.error, 4), ""),
             (_text(facts.pearson, 2), ""),
             (motion, life_token),
         )
@@ -222,10 +222,10 @@ class RunsTable(QTableWidget):
                 "The epoch that is kept and used: the best one on validation; of recipes that settle towards "
                 "the end, the best of the last fifth"
             ),
-            RMSE: self.tr(
-                "How far face and body together are off on the validation takes (RMSE): below 0.1 is good, "
-                "less is better. They also chose the epoch, so they flatter it a little. Compare only runs "
-                "of the same takes. Review's is the face's alone."
+            ERROR: self.tr(
+                "How far the face is off on the validation takes (RMSE): below 0.1 is good, less is better. "
+                "They also chose the epoch, so they flatter it a little. Compare only runs of the same "
+                "takes. A body gestures differently each time, so it does not count."
             ),
             PEARSON: self.tr(
                 "Whether it moves at the same moments as you (Pearson r): 1 follows exactly, 0 not at all. "

@@ -23,14 +23,19 @@ DONE = from_plain(
         "split": "test",
         "takes": ["Chat_002"],
         "runs": {
-            "quick_001": {"rmse": 0.06, "motion_ratio": 0.5, "closure_recall": 0.2, "wrist_cm": None},
-            "best_001": {"rmse": 0.05, "motion_ratio": 1.6, "closure_recall": 0.2, "wrist_cm": float("nan")},
+            "quick_001": {"rmse_face": 0.06, "motion_ratio": 0.5, "closure_recall": 0.2, "wrist_cm": None},
+            "best_001": {
+                "rmse_face": 0.05,
+                "motion_ratio": 1.6,
+                "closure_recall": 0.2,
+                "wrist_cm": float("nan"),
+            },
         },
         "baselines": {
-            "zero": {"rmse": 0.2, "motion_ratio": 0.0},
-            "ridge": {"rmse": 0.04, "motion_ratio": 0.8},
+            "zero": {"rmse_face": 0.2, "motion_ratio": 0.0},
+            "ridge": {"rmse_face": 0.04, "motion_ratio": 0.8},
         },
-        "captured": {"rmse": 0.0, "motion_ratio": 1.0, "closure_recall": 1.0},
+        "captured": {"rmse_face": 0.0, "motion_ratio": 1.0, "closure_recall": 1.0},
     },
     "compare",
 )
@@ -40,7 +45,7 @@ def test_bars_are_as_long_as_the_values_and_the_nearest_run_is_marked() -> None:
     found = compared(DONE)
     assert found.columns == ("quick_001", "best_001", "ridge", "zero", "captured")
     assert found.runs == 2
-    assert [row.figure.key for row in found.rows] == ["rmse", "motion_ratio", "closure_recall"]
+    assert [row.figure.key for row in found.rows] == ["rmse_face", "motion_ratio", "closure_recall"]
     error, motion, closes = found.rows
     assert [cell.bar for cell in error.cells] == pytest.approx([0.3, 0.25, 0.2, 1.0, 0.0])
     assert [cell.best for cell in error.cells] == [False, True, False, False, False], "a baseline is no run"

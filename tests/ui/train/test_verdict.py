@@ -17,7 +17,7 @@ from studio.project import Project
 from studio.ui.messages import toast_of
 from studio.ui.session import Session
 from studio.ui.train.presenter import TrainPresenter
-from studio.ui.train.runs_view import RMSE, VERDICT
+from studio.ui.train.runs_view import ERROR, VERDICT
 from studio.ui.train.verdict_presenter import VerdictPresenter
 from studio.ui.train.verdict_view import VerdictRow
 from studio.ui.train.view import TrainView
@@ -67,11 +67,11 @@ def test_the_chosen_run_is_judged_in_words_and_figures_wait_behind_details(
     presenter.model.runs_changed.emit()
     assert view.runs.verdict.text.text().startswith("Barely moves"), "what was read last stays until then"
     qtbot.waitUntil(lambda: view.runs.verdict.text.text().startswith("Follows your mouth well"))
-    assert table.isColumnHidden(RMSE)
+    assert table.isColumnHidden(ERROR)
     details = view.findChild(QPushButton, "run_details")
     assert details is not None
     qtbot.mouseClick(details, Qt.MouseButton.LeftButton)
-    assert not table.isColumnHidden(RMSE)
+    assert not table.isColumnHidden(ERROR)
 
 
 @pytest.mark.usefixtures("enough_takes")
