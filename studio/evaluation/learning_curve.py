@@ -52,7 +52,6 @@ class CurvePoint:
 
     seconds: float
     follow: float | None
-    rmse: float | None = None
     motion_ratio: float | None = None
 
 
@@ -209,9 +208,7 @@ def measure_curve(
         ) as scratch:
             part = _Part(project, share, Path(scratch))
             figures = _trained(part, evaluation_set, recipe, partial(on_event, index), stop)
-        points.append(
-            CurvePoint(share * seconds, follows(figures), error_of(figures), figures.get("motion_ratio"))
-        )
+        points.append(CurvePoint(share * seconds, follows(figures), figures.get("motion_ratio")))
     return LearningCurve(
         tuple(points),
         tuple(one.selection.id for one in material),

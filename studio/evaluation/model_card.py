@@ -16,6 +16,7 @@ from typing import Any
 
 from studio import __version__
 from studio.errors import StudioError, counted
+from studio.evaluation.learning_curve import error_of
 from studio.evaluation.verdict import verdict
 from studio.files import atomic
 from studio.project import Run, RunReport
@@ -27,7 +28,7 @@ CAPTURED = "captured.poses"
 """The weights of a network that moves with captured motion: a row for each frame of it."""
 LONGEST_LICENCE, LONGEST_TABLE = 20_000, 1_000_000
 _FIGURES = (
-    ("rmse_face", "Error of the face (RMSE, smaller is nearer)", 4),
+    ("error", "Error of the face, or of a body without one (RMSE, smaller is nearer)", 4),
     ("pearson", "Follows the captured motion (Pearson r, 1 is perfect)", 2),
     ("pearson_mouth", "Mouth follows (Pearson r)", 2),
     ("motion_ratio", "Motion (1 moves as much as the performer)", 2),
@@ -157,7 +158,9 @@ def _figures(report: RunReport, evaluation: Mapping[str, Any]) -> str:
     head = "<tr><th></th>" + "".join(f"<td>{escape(name)}</td>" for name, _ in columns) + "</tr>"
     rows = []
     for key, title, digits in _FIGURES:
-        values = [_unit(figures.get(key), digits) for _, figures in columns]
+        values = [
+            _unit(error_of(figures) if key == "error" else figures.get(key), digits) for _, figures in columns
+        ]
         if any(values):
             cells = "".join(f"<td>{value or '-'}</td>" for value in values)
             rows.append(f"<tr><th>{escape(title)}</th>{cells}</tr>")

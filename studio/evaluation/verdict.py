@@ -29,7 +29,8 @@ CLOSELY, WELL, ROUGHLY = 0.6, 0.4, 0.25
 MUCH_LESS, LESS, MORE, MUCH_MORE = 0.6, 0.85, 1.25, 1.6
 """Motion against the captured: below the first two it moves less, above the others more."""
 TREMBLES = 2.0
-"""Jerk over motion of what moves much more than its person, and trembles; livelier gestures have 1."""
+"""Jerk over motion of what moves much more than its person, and trembles; livelier gestures have 1. What
+moves more than twice that trembles anyway: where the capture is noisy itself, its jerk tells little."""
 LIPS_CLOSE = 0.2
 """Share of the closed mouths that are; .05 to .12 without the loss for closures, .31 to .53 with it."""
 NO_NEARER = 0.98
@@ -160,6 +161,8 @@ def _quality(measured: MeasuredRun) -> tuple[str, str, str]:
         )
     mouth = number_of(figures.get("pearson_mouth")) is not None
     how, follow_grade = _follow_words(r, say("your mouth") if mouth else say("you"))
+    if _is_body(figures):  # sound says when a body moves, hardly which way
+        how, follow_grade = "", "good"
     much, motion_grade = _motion_words(motion, number_of(figures.get("jerk_ratio")))
     first = capital(say("{clauses}.", clauses=together(", ", how, much)))
     weak = _weakness(measured)
@@ -181,6 +184,11 @@ def in_words(r: float | None, motion: float | None, whom: str = _YOU) -> str:
     if motion is not None and motion < STILL_RATIO:
         return say("barely moves")
     return together(", ", _follow_words(r, whom)[0], _motion_words(motion)[0])
+
+
+def _is_body(figures: Figures) -> bool:
+    """Whether there is a body and no face: wherever its hands are, no error and no r says how good it is."""
+    return number_of(figures.get("rmse_body")) is not None and number_of(figures.get("rmse_face")) is None
 
 
 def _follow_words(r: float | None, whom: str) -> tuple[str, str]:
@@ -212,19 +220,18 @@ def _motion_words(motion: float | None, jerk: float | None = None) -> tuple[str,
 
 
 def trembles(motion: float, jerk: float | None) -> bool:
-    """Whether what moves much more than its person does so without meaning: by far more jerk than motion.
-
-    Args:
-        motion, jerk: against the captured; without jerk much motion is taken for trembling.
-    """
-    return motion > MUCH_MORE and (jerk is None or jerk > TREMBLES * motion)
+    """Whether what moves much more than its person does so without meaning; both against the captured."""
+    if jerk is not None and motion > MUCH_MORE and jerk > TREMBLES * motion:
+        return True
+    return motion > 2 * MUCH_MORE
 
 
 def _weakness(measured: MeasuredRun) -> str:
     """The gravest fault that the first sentence hides; "" for none."""
     figures, guess = measured.figures, measured.guess
     error, simple = error_of(figures), error_of(guess)
-    if error is not None and simple is not None and error > NO_NEARER * simple:
+    nearer = error is None or simple is None or error <= NO_NEARER * simple
+    if not nearer and not _is_body(figures):
         return "It comes no closer to your motion than a simple guess from the sound."
     body = number_of(figures.get("motion_ratio_body"))
     if body is not None and body < STILL_RATIO:
@@ -346,7 +353,7 @@ def better_of(
     if len(known) < 2:
         return ""
     # Standing still is near the mean and far from alive: the error must never choose such a run.
-    known.sort(key=lambda one: (_is_dead(one[1]), error_of(one[1])))
+    known.sort(key=lambda one: (_is_dead(one[1]), _is_body(one[1]), error_of(one[1])))
     (best, a), (other, b) = known[0], known[1]
     if _is_dead(b) and not _is_dead(a):
         if (number_of(b.get("motion_ratio")) or 0.0) < STILL_RATIO:
@@ -395,7 +402,9 @@ def _leads(
 
 def _closer(a: Figures, b: Figures) -> float | None:
     mine, other = error_of(a), error_of(b)
-    return None if mine is None or other is None else (other - mine) / max(mine, other, 1e-9)
+    if mine is None or other is None or _is_body(a) != _is_body(b):
+        return None
+    return (other - mine) / max(mine, other, 1e-9)
 
 
 def _follows_better(a: Figures, b: Figures) -> float | None:
@@ -411,10 +420,8 @@ def _moves_better(a: Figures, b: Figures) -> float | None:
 
 
 def _is_dead(figures: Figures) -> bool:
-    motion, jerk = number_of(figures.get("motion_ratio")), number_of(figures.get("jerk_ratio"))
-    return motion is not None and (
-        motion < STILL_RATIO or (motion > 2 * MUCH_MORE and trembles(motion, jerk))
-    )
+    motion = number_of(figures.get("motion_ratio"))
+    return motion is not None and not STILL_RATIO <= motion <= 2 * MUCH_MORE
 
 
 # -- words -----------------------------------------------------------------------------------------

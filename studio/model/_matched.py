@@ -48,7 +48,8 @@ MEMORY_SECONDS = 240.0
 PACE = 0.2
 """Each stretch is played up to so much quicker or slower than it was captured."""
 LEAN, LEAN_SECONDS = 0.35, 2.0
-"""Share of a difference that the body leans on with, half of it gone after so long."""
+"""Share of a difference that the body leans on with, half of it gone after so long; never further than the
+captured body's deviation, or hands would come into the chest."""
 RECENT, STAY, CHANCE, FIRST_CHANCE = 3.0, 0.6, 0.05, 0.5
 """What playing again costs, what going elsewhere costs, and what is left to the seed, later and at first."""
 LIVELY, DIAL = 0.4, 0.5
@@ -216,15 +217,16 @@ class CapturedTable:
         piece, count = arrays["piece"], len(self.poses)
         self.hop, self.fps = max(1, round(HOP_SECONDS * fps)), fps
         self.rest = REST_SECONDS * fps
-        pace = np.convolve(
+        motion = np.convolve(
             np.linalg.norm(np.diff(self.poses, axis=0, prepend=self.poses[:1]), axis=1),
             np.ones(round(0.6 * fps)),
             "same",
         )
-        self.lively = ((pace - pace.mean()) / max(float(pace.std()), 1e-9)).astype(np.float32)
+        self.lively = ((motion - motion.mean()) / max(float(motion.std()), 1e-9)).astype(np.float32)
         self.memory = MEMORY_SECONDS * fps
         self.decay = 2 * np.log(2) / (FADE_SECONDS * fps)
         self.leaning = 0.5 ** (1 / (LEAN_SECONDS * fps))
+        self.widest = self.poses.std(axis=0) if count else np.zeros(self.poses.shape[1])
         place = self.poses @ arrays["into"]
         speed = np.zeros_like(place)
         speed[1:] = np.diff(place, axis=0) * np.float32(
@@ -274,31 +276,33 @@ class CapturedTable:
             key = np.concatenate([sound, *low, np.ones(1)]) @ self.key
             whole = part + pace
             goal, part = (at + int(whole), whole % 1) if at >= 0 else (-1, 0.0)
-            if goal != at and self.ends[at : goal + 1][: max(goal - at, 1)].any():
-                goal, part = at, 0.0  # a piece is over: nothing follows
-            ahead = goal
+            if goal != at and self.ends[at:goal].any():
+                goal, part = at + int(self.ends[at:goal].argmax()), 0.0  # a piece is over: nothing follows
+            ahead, before = goal, at
             if at < 0 or (at == goal and self.ends[at]) or (since >= self.rest and number % self.hop == 0):
                 ahead = self._search(key, None if at < 0 else goal, played, number, sampling)
             since += 1
-            if at >= 0 and ahead != goal:
-                # Where the body would have been, and how fast, less where it goes now.
-                jump = self._pose(goal, part) - self._pose(ahead, 0.0)
-                apart, lean = apart + (1 - LEAN) * jump, lean + LEAN * jump
-                speed = speed + pace * self._speed(goal)
-                pace = self._pace(number, sampling)
-                speed = speed - pace * self._speed(ahead)
-                since, part = 0, 0.0
+            if ahead != goal:
+                left, pace = pace, self._pace(number, sampling)
+                if at >= 0:  # where the body would have been, and how fast, less where it goes now
+                    jump = self._pose(goal, part) - self._pose(ahead, 0.0)
+                    leant = np.clip(lean + LEAN * jump, -self.widest, self.widest)
+                    apart, lean = apart + jump - (leant - lean), leant
+                    speed = speed + left * self._speed(goal) - pace * self._speed(ahead)
+                before, since, part = ahead - 1, 0, 0.0
             pull = speed + self.decay * apart
             apart, speed = fade * (apart + pull), fade * (speed - self.decay * pull)
             lean = self.leaning * lean
             at = ahead
-            played[at] = number
+            # With what was passed over: its neighbours were seen.
+            played[min(before + 1, at) : at + 1] = number
             out[i] = self._pose(at, part) + apart + lean
         return out, Course(low, at, part, pace, since, apart, speed, lean, played)
 
     def _pace(self, number: int, sampling: SamplingOptions) -> float:
         """Captured frames that are played in one, from a frame on."""
-        return 1 + PACE * float(np.random.default_rng([sampling.seed, number]).uniform(-1, 1))
+        rng = np.random.default_rng([sampling.seed, _BEFORE_START + number, 1])
+        return 1 + PACE * float(rng.uniform(-1, 1))
 
     def _pose(self, at: int, part: float) -> Floats:
         """The captured body between a frame and the next one (B,)."""
@@ -370,7 +374,7 @@ class Matched(Network):
 
     @property
     def gains(self) -> bool:  # type: ignore[override]
-        """Whether the gain applies: the person's own motion is played as it was."""
+        """Whether the gain applies: the person's own motion is played as wide as it was."""
         return not self.plays
 
     @property

@@ -51,8 +51,8 @@ class StepsPresenter(QObject):
         self.strip.setVisible(project is not None and self._session.settings.next_steps)
         if project is not None:
             done = steps_done(project, self._kept(project))
-            some = 0.0 if "record" in done else used_seconds(project)
-            self.strip.show_recorded(some, RECORD_SECONDS)
+            seconds = 0.0 if "record" in done else used_seconds(project)
+            self.strip.show_recorded(seconds, RECORD_SECONDS)
             self.strip.show_steps(done, next((step for step in STEPS if step not in done), ""))
 
     def _kept(self, project: Project) -> tuple[str, ...]:

@@ -79,10 +79,10 @@ class StepStrip(QFrame):
         self._row.addWidget(close)
         self.show_steps((), STEPS[0])
 
-    def show_recorded(self, seconds: float, wanted: float) -> None:
-        """Say how much there is of what is wanted; what is enough or nothing yet needs no number."""
-        some = self.tr("Record: {0} of {1}").format(minutes(int(seconds)), minutes(wanted))
-        self.buttons["record"].setText(some if 1 <= seconds < wanted else _tr(_TEXTS["record"]))
+    def show_recorded(self, seconds: float, target: float) -> None:
+        """Say how much there is of the target; what is enough or nothing yet needs no number."""
+        words = self.tr("Record: {0} of {1}").format(minutes(int(seconds)), minutes(target))
+        self.buttons["record"].setText(words if 1 <= seconds < target else _tr(_TEXTS["record"]))
 
     def show_steps(self, done: Sequence[str], current: str) -> None:
         """Tick off what is done, and let the current step stand out, "" where all are done."""

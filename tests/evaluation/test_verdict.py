@@ -70,6 +70,12 @@ def test_figures_count_for_the_weights_they_were_measured_of_whatever_the_files_
             "fair",
             "Follows your mouth well, moves much more than you.",
         ),
+        ({"motion_ratio": 12.0, "jerk_ratio": 12.0}, "poor", "Follows your mouth well, trembles."),
+        (
+            {"pearson_mouth": None, "pearson": -0.3, "rmse_body": 0.07, "motion_ratio": 1.1},
+            "good",
+            "Moves as much as you.",
+        ),
         (
             {"closure_recall": 0.08},
             "fair",
@@ -107,6 +113,11 @@ def test_a_body_that_gestures_is_not_blamed_for_being_elsewhere(tmp_path: Path) 
     }
     told = verdict(run_of(tmp_path, {"minutes": 4.0, "best_val": GOOD}, evaluation))
     assert (told.grade, told.quality) == ("good", "Follows your mouth well, moves a little less than you.")
+    alone = {"rmse": 0.093, "rmse_face": None, "rmse_body": 0.093, "pearson": -0.3, "motion_ratio": 1.0}
+    evaluation["metrics"] = alone
+    evaluation["baselines"] = {"ridge": alone | {"rmse": 0.03, "rmse_body": 0.03}}
+    told = verdict(run_of(tmp_path, {"minutes": 4.0, "best_val": alone}, evaluation))
+    assert (told.grade, told.quality) == ("good", "Moves as much as you.")
 
 
 def test_the_kind_that_errs_most_is_asked_for(tmp_path: Path) -> None:
@@ -166,6 +177,8 @@ def test_the_better_run_is_named_with_the_reason() -> None:
         "About equal: best_001 comes closer to your motion, but x moves more like you."
     )
     assert better_of({"best_001": a}) == ""
+    body = {"rmse": 0.01, "rmse_face": None, "rmse_body": 0.01, "pearson_mouth": None, "motion_ratio": 0.7}
+    assert "closer" not in better_of({"best_001": a | {"rmse_face": 0.05}, "body_001": body})
 
 
 def test_a_lead_that_the_takes_do_not_share_is_chance() -> None:

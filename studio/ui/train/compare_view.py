@@ -34,6 +34,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from studio.evaluation.learning_curve import error_of
 from studio.evaluation.verdict import better_of
 from studio.ipc.events import CompareDone
 from studio.ui import theme
@@ -62,8 +63,10 @@ _AS_MUCH = QT_TRANSLATE_NOOP("Compare", "1 moves as much as the performer")
 FIGURES = tuple(
     Figure(*words)
     for words in (
-        ("rmse_face", QT_TRANSLATE_NOOP("Compare", "Error"), 4,
-         QT_TRANSLATE_NOOP("Compare", "Root mean square error of the face; smaller is nearer")),
+        ("error", QT_TRANSLATE_NOOP("Compare", "Error"), 4,
+         QT_TRANSLATE_NOOP("Compare",
+                           "Root mean square error of the face, or of the body where there is no face; "
+                           "smaller is nearer")),
         ("pearson", QT_TRANSLATE_NOOP("Compare", "Follows (r)"), 2,
          QT_TRANSLATE_NOOP("Compare", "How well the curves follow the captured ones; 1 is perfect")),
         ("pearson_mouth", QT_TRANSLATE_NOOP("Compare", "Mouth follows (r)"), 2,
@@ -150,6 +153,7 @@ def compared(done: CompareDone) -> Comparison:
     order = [name for name in BASELINES if name in baselines]
     columns = (*runs, *order, CAPTURED)
     found = [*runs.values(), *(baselines[name] for name in order), done.captured]
+    found = [{**one, "error": error_of(one)} for one in found]
     rows = [_row(figure, [_number(one.get(figure.key)) for one in found], len(runs)) for figure in FIGURES]
     shown = tuple(row for row in rows if any(cell.value is not None for cell in row.cells[:-1]))
     better = native(better_of(runs, done.per_take))

@@ -215,10 +215,10 @@ class ProgressCard(Card):
         )
         self.error_plot.setToolTip(
             self.tr(
-                "How far the face is off on the validation takes, or, without any, on the end of the longest "
-                "take (root mean square error). Below 0.1 is good, less is better. "
-                "Kept is the best epoch since learning settled, in the last fifth: a lower one before it was "
-                "luck. It was chosen by this error, which flatters it a little; a test take tells the truth."
+                "How far the face (or the body, where there is no face) is off on the validation takes, or, "
+                "without any, on the end of the longest take (root mean square error); less is better. Kept "
+                "is the epoch of the least loss on them since learning settled, in the last fifth: a lower "
+                "one before it was luck. That flatters it a little; a test take tells the truth."
             )
         )
         self.motion_plot.setToolTip(

@@ -12,7 +12,7 @@ from studio.dataset.coverage import kinds_of
 from studio.dataset.dataset import Dataset
 from studio.evaluation.learning_curve import FILE as CURVE_FILE
 from studio.evaluation.learning_curve import LearningCurve, error_of, load_curve
-from studio.evaluation.verdict import Kinds, RunVerdict, trembles, verdict
+from studio.evaluation.verdict import MUCH_MORE, Kinds, RunVerdict, trembles, verdict
 from studio.ipc.events import EpochEvent
 from studio.metrics.scores import STILL_RATIO
 from studio.project import Project, Run
@@ -54,7 +54,7 @@ class RunFacts:
 
     @property
     def life(self) -> str:
-        """ "alive", "still", "shaky", "calm" or "" where it is not known."""
+        """ "alive", "lively", "still", "shaky", "calm" or "" where it is not known."""
         ratio = self.motion_ratio
         if ratio is None:
             return ""
@@ -62,7 +62,9 @@ class RunFacts:
             return "still"
         if ratio < ALIVE[0]:
             return "calm"
-        return "shaky" if trembles(ratio, self.jerk_ratio) else "alive"
+        if trembles(ratio, self.jerk_ratio):
+            return "shaky"
+        return "alive" if ratio <= MUCH_MORE else "lively"
 
 
 def epochs_of(run: Run) -> list[EpochEvent]:

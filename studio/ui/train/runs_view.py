@@ -208,6 +208,7 @@ class RunsTable(QTableWidget):
         words = {
             "alive": (self.tr("alive"), "good"),
             "calm": (self.tr("calm"), "muted"),
+            "lively": (self.tr("lively"), "muted"),
             "still": (self.tr("still !"), "warn"),
             "shaky": (self.tr("shaky !"), "warn"),
         }
@@ -223,16 +224,17 @@ class RunsTable(QTableWidget):
                 "the end, the best of the last fifth"
             ),
             ERROR: self.tr(
-                "How far the face is off on the validation takes (RMSE): below 0.1 is good, less is better. "
-                "They also chose the epoch, so they flatter it a little. Compare only runs of the same "
-                "takes. A body gestures differently each time, so it does not count."
+                "How far the face is off on the validation takes (RMSE), or the body where there is no face: "
+                "less is better. They also chose the epoch, so they flatter it a little. Compare only runs "
+                "of the same takes. Beside a face a body does not count: it gestures differently each time."
             ),
             PEARSON: self.tr(
                 "Whether it moves at the same moments as you (Pearson r): 1 follows exactly, 0 not at all. "
                 "0.3 to 0.7 is usual: a voice does not tell everything."
             ),
             MOTION: self.tr(
-                "How much it moves against you: 1.0 is as much, 0.8 to 1.25 is alive, below 0.3 stands still"
+                "How much it moves against you: 1.0 is as much, 0.8 to 1.25 is alive, above 1.6 is much "
+                "more, below 0.3 stands still"
             ),
         }
         for column, text in tips.items():

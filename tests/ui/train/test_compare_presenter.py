@@ -45,7 +45,7 @@ def test_bars_are_as_long_as_the_values_and_the_nearest_run_is_marked() -> None:
     found = compared(DONE)
     assert found.columns == ("quick_001", "best_001", "ridge", "zero", "captured")
     assert found.runs == 2
-    assert [row.figure.key for row in found.rows] == ["rmse_face", "motion_ratio", "closure_recall"]
+    assert [row.figure.key for row in found.rows] == ["error", "motion_ratio", "closure_recall"]
     error, motion, closes = found.rows
     assert [cell.bar for cell in error.cells] == pytest.approx([0.3, 0.25, 0.2, 1.0, 0.0])
     assert [cell.best for cell in error.cells] == [False, True, False, False, False], "a baseline is no run"

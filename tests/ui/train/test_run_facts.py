@@ -15,7 +15,7 @@ from studio.ui.train.run_facts import VerdictReader, curves, epochs_of, run_fact
 def _epoch(
     number: int, val_loss: float, motion: float | None = 1.0, best: bool = False, advice: str = ""
 ) -> EpochEvent:
-    val = {"rmse": 0.04, "pearson": 0.3, "motion_ratio": motion}
+    val = {"rmse": 0.09, "rmse_face": 0.04, "pearson": 0.3, "motion_ratio": motion}
     return EpochEvent(number, 10, 0.1, val_loss, val, 2.0 * number, 8.0, best, advice=advice)
 
 
@@ -38,7 +38,8 @@ def test_the_pace_is_seconds_an_epoch_not_seconds_in_all() -> None:
 
 
 @pytest.mark.parametrize(
-    ("ratio", "life"), [(0.1, "still"), (0.5, "calm"), (1.0, "alive"), (3.0, "shaky"), (None, "")]
+    ("ratio", "life"),
+    [(0.1, "still"), (0.5, "calm"), (1.0, "alive"), (1.7, "lively"), (3.5, "shaky"), (None, "")],
 )
 def test_life_is_read_from_the_motion_ratio(ratio: float | None, life: str) -> None:
     assert run_facts([_epoch(1, 0.5, ratio)]).life == life
