@@ -157,7 +157,8 @@ class LiveModel(QObject):
         runs = self.runs
         # While it performs, what performs stays chosen.
         if runs and (self.run is None or not self._picked) and not self.task.running:
-            latest = newest(runs).id
+            # One that still learns is not what a person wants to go live with.
+            latest = newest([run for run in runs if run.status != "running"] or runs).id
             if latest != self.selection.run:
                 self.selection, self.look_ahead_ms = RunSelection(latest), None
         self.runs_changed.emit()

@@ -180,6 +180,8 @@ class ExportPanel(QWidget):
             self._body = body
             proposed = next((c.name for c in self._formats if body or c.name == "saia_csv"), "")
             self.format.setCurrentIndex(max(self.format.findData(proposed), 0))
+        if name != self.name.text() and not self._busy:
+            self.show_result("", False)  # it was of another motion
         self.name.setText(name)
         # A folder that a person chose stays; one that was only proposed follows the project.
         if folder is not None and self.folder.text() in ("", self._proposed):
@@ -219,6 +221,11 @@ class ExportPanel(QWidget):
     def resizeEvent(self, event: QResizeEvent) -> None:
         super().resizeEvent(event)
         self._fit_note()
+
+    def _on_format(self) -> None:
+        if not self._busy:
+            self.show_result("", False)
+        self._show_note()
 
     def _show_note(self) -> None:
         choice, also = self._chosen(), self._also()
@@ -293,7 +300,7 @@ class ExportPanel(QWidget):
         self.format.setObjectName("export_format")
         self.format.setAccessibleName(self.tr("Format"))
         self.format.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
-        self.format.currentIndexChanged.connect(lambda _: self._show_note())
+        self.format.currentIndexChanged.connect(lambda _: self._on_format())
         self.more = MoreFormats()
         self.more.changed.connect(self._show_note)
         self.note = label("", "caption", "export_note")

@@ -21,7 +21,7 @@ from studio.project.run import BASE_VOICE
 from studio.training.styles import RunChoice, RunSelection
 from studio.ui import theme
 from studio.ui.shortcuts import name_of, tip_of
-from studio.ui.widgets.card import label
+from studio.ui.widgets.card import CutLabel, label
 from studio.ui.widgets.run_chooser import RunChooser
 
 FOLDED_BELOW = 850
@@ -66,7 +66,7 @@ class VoteBar(QWidget):
         self.begin_button = self._button("blind_vote", self.tr("Blind vote"), "mdi6.eye-off-outline")
         self.begin_button.setToolTip(self.tr("Judge the two without knowing which is which"))
         self.begin_button.clicked.connect(self.vote_requested)
-        self._result: QLabel = label("", "caption", "vote_result")
+        self._result = CutLabel("caption", "vote_result")
         self.answers: list[QPushButton] = []
         for name, text, answer in (
             ("vote_1", self.tr("1 is better"), 0),
@@ -122,6 +122,11 @@ class VoteBar(QWidget):
         """What came of the vote."""
         self._result.setText(text)
         self._result.setToolTip(text)
+
+    def show_brief(self, brief: bool) -> None:
+        """Name the vote by its picture alone, where two rows of choosers leave no room for words."""
+        self.begin_button.setText("" if brief else self.tr("Blind vote"))
+        self.begin_button.setAccessibleName(self.tr("Blind vote"))
 
     def other(self) -> None:
         """Switch to the one that is not seen."""
@@ -317,6 +322,7 @@ class RunBar(QWidget):
             button.setVisible(self._has_views and not folded)
         self.ghost.setText("" if folded else name_of("ghost"))
         self.two.setText("" if folded else self.tr("A/B"))
+        self.vote.show_brief(folded)
         self.first.caption.setText("A" if two else "" if folded else self.tr("Run"))
         # While motion is made the row belongs to its progress: there is no room for both in a small window.
         self.vote.setVisible(two and not self._busy)
@@ -362,7 +368,7 @@ class RunBar(QWidget):
         self.ghost.setToolTip(tip_of("ghost"))
         theme.as_role(self.ghost, "quiet")
         self.ghost.toggled.connect(self.ghost_toggled)
-        self._hidden = label(self.tr("Two runs in random order"), "muted")
+        self._hidden = label(self.tr("A and B in random order"), "muted")
         self._views = self._view_buttons()
         row = QHBoxLayout()
         row.setSpacing(theme.INSIDE)

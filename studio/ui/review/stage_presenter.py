@@ -214,8 +214,8 @@ class StagePresenter(QObject):
         if c.degrees is not None:
             parts.append(self.tr("bones {0}°").format(f"{c.degrees:.1f}"))
         tip = self.tr(
-            "Measured on this take alone, what is on screen against what was captured; the words that Train\n"
-            "and the message of a finished training say are of the takes kept back to check it.\n"
+            "The face on this take alone, what is on screen against what was captured; the words that Train\n"
+            "and the message of a finished training say are of face and body on the takes kept back.\n"
             "error: how far the face alone is off, 0 to 1; less is better\n"
             "r: whether the face moves at the same moments; 1 follows exactly, 0 not at all\n"
             "motion: how much the face moves; 1 is as much as the performer\n"
@@ -223,4 +223,4 @@ class StagePresenter(QObject):
             "lips closed: in how many of the times that your mouth closed this one does too,\n"
             "and how often it closes where yours did not"
         )
-        return self.tr("This take: {0}").format(words), "\n\n".join(("  ".join(parts), tip))
+        return self.tr("Face, this take: {0}").format(words), "\n\n".join(("  ".join(parts), tip))

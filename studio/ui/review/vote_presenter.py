@@ -22,7 +22,7 @@ from studio.ui.review.run_view import RunBar
 from studio.ui.session import Session
 
 FILE = "votes.jsonl"
-SURE = 0.05
+SURE, LIKELY = 0.05, 0.5
 """Below this a result is taken for more than chance, as everywhere in science."""
 
 
@@ -201,6 +201,8 @@ class VotePresenter(QObject):
         if not count.a + count.b:
             return ""
         chance = count.chance
+        if chance > LIKELY:
+            return self.tr("Vote more to be sure.")
         told = self.tr("Chance alone would give this in {0} of 100 cases.").format(
             max(round(100 * chance), 1)
         )

@@ -100,7 +100,7 @@ class ComparePresenter(QObject):
 
     def _note(self, found: Comparison) -> str:
         takes = ", ".join(found.takes[:4]) + ("…" if len(found.takes) > 4 else "")
-        legend = self.tr("✓ closest to the captured motion (tick mark on each bar)")
+        legend = self.tr("✓ closest to the captured motion, which the line on each bar shows")
         return "   ".join([takes, legend, *self._notes])
 
 

@@ -176,7 +176,7 @@ def _row(figure: Figure, values: Sequence[float | None], runs: int) -> FigureRow
     longest = max(known, default=0.0)
     nearest = _nearest(values[:runs], values[-1])
     cells = [
-        Cell(value, abs(value) / longest if value is not None and longest > 0 else 0.0, i == nearest)
+        Cell(value, max(value, 0.0) / longest if value is not None and longest > 0 else 0.0, i == nearest)
         for i, value in enumerate(values)
     ]
     ideal = values[-1]

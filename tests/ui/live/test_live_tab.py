@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import platform
 import socket
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -74,6 +76,15 @@ def test_the_newest_run_is_ready_to_go_live_and_its_look_aheads_show_their_quali
     view.latency.slider.setValue(2)
     assert view.latency.quality.text() == "Waits for 492 ms of your voice."
     assert view.latency.quality.toolTip() == "On takes it had not heard: error 0.0390"
+
+
+def test_a_run_that_still_learns_is_not_the_one_to_go_live_with(
+    room: Callable[..., Room], toy_project: Project
+) -> None:
+    done = add_run(toy_project)
+    add_run(toy_project, status="running", pid=os.getpid(), host=platform.node())
+    view, _, _ = room(toy_project)
+    assert view.source.run.wanted.run == done.id
 
 
 def test_the_usual_look_ahead_hears_about_60_ms_on_whatever_its_name(

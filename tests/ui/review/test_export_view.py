@@ -34,6 +34,19 @@ def test_a_folder_that_was_chosen_stays(panel: ExportPanel, tmp_path: Path) -> N
     assert panel.folder.text() == str(tmp_path / "Mine")
 
 
+def test_what_came_of_one_export_is_not_said_of_the_next(panel: ExportPanel, tmp_path: Path) -> None:
+    panel.show_formats(format_choices())
+    panel.show_target("Hello_001", tmp_path, ready=True)
+    panel.show_result("Exported and verified: Hello_001.vrma.", True)
+    panel.show_target("Hello_001", tmp_path, ready=True)
+    assert panel.result.text(), "it stays while nothing else is chosen"
+    panel.format.setCurrentIndex(panel.format.currentIndex() + 1)
+    assert not panel.result.text()
+    panel.show_result("Exported and verified: Hello_001.csv.", True)
+    panel.show_target("Hello_002", tmp_path, ready=True)
+    assert not panel.result.text()
+
+
 def _small(panel: ExportPanel) -> tuple[int, int]:
     """What a window of 1280 x 800 leaves it, more where this machine's font is larger than DejaVu Sans."""
     metrics = panel.fontMetrics()

@@ -171,7 +171,7 @@ def test_two_runs_are_switched_at_once(qtbot: QtBot, tab: Tab, session: Session)
     assert set(shown) == {presenter.model.side.selection.run}
     a, b = view.bar.vote.sides
     figures = _text(view, "review_metrics")
-    assert figures.startswith("This take: ")
+    assert figures.startswith("Face, this take: ")
     qtbot.mouseClick(b, Qt.MouseButton.LeftButton)
     assert _peak(presenter) == pytest.approx(0.5, abs=0.01)
     assert _text(view, "review_metrics") != figures
@@ -216,7 +216,7 @@ def test_a_blind_vote_hides_the_names_keeps_the_answer_and_tells_after(
     assert (vote.a.run, vote.b.run, vote.sound) == ("styled_001", "quick_001", "toy_003")
     count = ("1", "0") if better == "a" else ("0", "1")
     told = f"You chose {better.upper()}. So far A {count[0]}, B {count[1]}, neither 0. "
-    chance = "Chance alone would give this in 100 of 100 cases. Vote more to be sure."
+    chance = "Vote more to be sure."
     assert _text(view, "vote_result") == told + chance
     assert view.bar.first.run.isVisible()
 
