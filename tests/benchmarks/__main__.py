@@ -79,6 +79,7 @@ def measure(name: str) -> bool:
 
 def run_one(name: str, out: Path) -> int:
     """Inside the child: run one benchmark and write its figures."""
+    sys.path.insert(0, str(HERE.parents[1]))  # benchmarks import each other's material as `tests`
     spec = importlib.util.spec_from_file_location(f"bench_{name}", HERE / f"bench_{name}.py")
     assert spec is not None
     assert spec.loader is not None
