@@ -23,7 +23,8 @@ from studio.ui.session import Session
 
 FILE = "votes.jsonl"
 SURE, LIKELY = 0.05, 0.5
-"""Below this a result is taken for more than chance, as everywhere in science."""
+"""Below the first a result is taken for more than chance, as everywhere in science; above the second a number
+would say nothing."""
 
 
 @dataclass(frozen=True)
